@@ -74,14 +74,14 @@ struct CuboidMapClient::Implementation {
     take(*std::exchange(incoming, std::nullopt));
   }
 
-  /// Whether a keyframe brings nothing new, since updates arrive.
+  /// Whether a keyframe can be ignored, since updates arrive.
   bool isKeyframeToSpare(const ImageMessage& message) {
     const bool is_followed =
         !is_behind && follower.map() != nullptr && message.image.instance == follower.instance();
     return is_followed && std::exchange(is_updated, false);
   }
 
-  /// Whether another node sent a message: the named one is followed, or the first one heard.
+  /// Whether the message of a node is ignored: the client follows the named node, or the first that it hears.
   bool isOfOtherServer(const std::string& name) {
     const ros::WallTime now = ros::WallTime::now();
     const std::string named = nh.resolveName(server_name);
@@ -100,7 +100,7 @@ struct CuboidMapClient::Implementation {
     return false;
   }
 
-  /// Name of ~get_map in the server's messages; older nodes send none.
+  /// Name of the service ~get_map, from the server's messages if they have it.
   std::string getMapName() const {
     return (heard_server.empty() ? server_name : heard_server) + "/" + kGetMapService;
   }

@@ -26,7 +26,7 @@ double secondsBetween(const ros::Time& from, const ros::Time& to) {
   return to.toSec() - from.toSec();
 }
 
-/// Runs work that fills in a text. Without memory for it the text stays empty, or nothing is said.
+/// Runs work that fills in a text. Without memory, the text stays empty, or nothing is logged.
 template <typename WorkT>
 void ifMemory(const WorkT& work) {
   try {

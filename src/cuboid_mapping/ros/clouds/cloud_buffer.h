@@ -40,25 +40,26 @@ struct PosedCloud {
 /// Seconds of std::chrono::steady_clock.
 [[nodiscard]] double steadySeconds();
 
-/// Queue between the threads that receive clouds and the one that maps them: clouds wait here for tf and for their turn.
-/// A cloud is a message of any source. Needs no master.
+/// Queue between the threads that receive clouds and the one that maps them: clouds wait here for tf and for
+/// their turn. A cloud is a message of any source. Needs no master.
 ///
-/// A cloud waits for tf for at most tf_wait_s. The poses from tf are kept with the cloud, even if tf forgets them before its
-/// turn. Clouds of one source whose poses are there pass others, and go in the order of arrival.
+/// A cloud waits for tf for at most tf_wait_s. The poses from tf are kept with the cloud, even if tf forgets
+/// them before its turn. Clouds of one source whose poses are there pass others, and go in the order of
+/// arrival.
 ///
-/// Clouds of several sources go in the order of (stamp, source): each waits until every other source has sent a cloud that
-/// is not earlier, and until tf has the poses of the clouds before it; but at most order_wait_s after its own poses
-/// are there. Clouds do not wait for a source that has sent nothing for order_wait_s, is silent for much longer than
-/// the time between its last two messages, or whose clock is wrong. A cloud that comes too late for its place goes anyway,
-/// and is counted.
+/// Clouds of several sources go in the order of (stamp, source): each waits until every other source has sent a
+/// cloud that is not earlier, and until tf has the poses of the clouds before it; but at most order_wait_s
+/// after its own poses are there. Clouds do not wait for a source that has sent nothing for order_wait_s, is
+/// silent for much longer than the time between its last two messages, or whose clock is wrong. A cloud that
+/// comes too late for its place goes anyway, and is counted.
 ///
-/// A cloud whose time tf has forgotten is dropped: the clock of its source is wrong, which is logged once. The other sources
-/// are not affected.
+/// A cloud whose time tf has forgotten is dropped, since the clock of its source is wrong: this is logged once.
+/// Other sources are not affected.
 ///
-/// The next cloud in turn is never dropped for lack of room. Beyond max_bytes, the newest cloud of the source that takes most
-/// of them is dropped; beyond half of them, clouds do not wait for the order. If more than queue_size clouds of a source have
-/// their poses, and did not become fewer for kBurst_s, the newest are dropped: neither a burst nor clouds that came while a
-/// service held the map are lost.
+/// Beyond max_bytes, the source with the most bytes loses clouds, the newest that wait for tf first; at least
+/// one cloud stays. Beyond half of max_bytes, clouds do not wait for the order. If more than
+/// queue_size clouds of a source have their poses, and did not become fewer for kBurst_s, the newest are
+/// dropped: neither a burst nor clouds that came while a service held the map are lost.
 ///
 /// Thread rule: put(), noteTfChanged(), setSearch() and stop() from any thread; the rest in the mapping thread.
 class CloudBuffer {
@@ -74,7 +75,8 @@ class CloudBuffer {
     /// Called for each dropped cloud. Must not throw, nor call this object. @param text  Empty: nothing
     /// new to log.
     std::function<void(std::size_t source, DropReason reason, const std::string& text)> drop;
-    /// Logs that clouds of a source wait for tf. @param why  Called in wall time, also while the node's time stands still.
+    /// Logs that clouds of a source wait for tf. @param why  Called in wall time, also while the node's time
+    /// stands still.
     std::function<void(std::size_t source, const std::string& why)> say_waiting =
         [](std::size_t, const std::string&) {};
     std::function<double()> clock_s = steadySeconds;  ///< A clock that does not jump.
@@ -172,7 +174,7 @@ class CloudBuffer {
 
   CloudLimits limits_;
   Callbacks callbacks_;
-  mutable std::mutex mutex_;  ///< Guards what follows, and find_poses.
+  mutable std::mutex mutex_;  ///< Guards the members below, and find_poses.
   std::condition_variable wake_;
   bool has_news_ = false;
   bool is_stopped_ = false;

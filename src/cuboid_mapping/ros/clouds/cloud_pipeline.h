@@ -25,11 +25,11 @@ namespace cuboid_mapping_ros {
 /// Configuration of the map, with the sensor model of the parameters outside the list of sources.
 [[nodiscard]] MapConfig makeMapConfig(const NodeParameters& parameters);
 
-/// Turns a message of one source into observed voxels: conversion, ground, filters, ray walk. The
-/// same for the node, and for bags without a node. Not thread-safe.
+/// Converts a message of one source to observed voxels: conversion, ground, filters, ray walk. The node and
+/// bag_to_map use it. Not thread-safe.
 ///
-/// Points on the robot (self_filter) are left out first, with their beams. Beams to the ground (filter_ground) free
-/// the voxels before their last one, and do not observe that one.
+/// Points on the robot (self_filter) are left out first, with their beams. Beams to the ground (filter_ground)
+/// free the voxels before their last one, and do not observe that one.
 ///
 /// With keep_clouds scans are made in the frame of the body and rounded, see MapHistory; then the limits apply.
 class CloudPipeline {

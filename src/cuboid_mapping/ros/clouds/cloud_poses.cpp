@@ -92,7 +92,7 @@ std::optional<CloudPoses> lookupPoses(const tf2::BufferCore& tf, const PoseFrame
                                       std::string& error) {
   auto poses = lookupAt(tf, frames, header.frame_id, header.stamp, error);
   if (!poses) return poses;
-  // From the last slice on, which tf may not have yet.
+  // The last slice first: tf may not have it yet.
   for (auto slice = slices.rbegin(); slice != slices.rend(); ++slice) {
     auto slice_poses =
         lookupAt(tf, frames, header.frame_id, header.stamp + middleOf(*slice), error);

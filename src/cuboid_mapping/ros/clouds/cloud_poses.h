@@ -78,7 +78,8 @@ struct PoseFrames {
 struct PoseSearch {
   std::optional<CloudPoses> poses;  ///< Found poses.
   std::string why;                  ///< If not found: the cause, with the frames.
-  /// If not found: time by which the cloud is later than the newest transforms; nothing if tf does not connect the frames.
+  /// If not found: time by which the cloud is later than the newest transforms; nothing if tf does not connect
+  /// the frames.
   std::optional<double> lead_s;
   bool is_too_old = false;  ///< If not found: whether tf has forgotten that time.
 

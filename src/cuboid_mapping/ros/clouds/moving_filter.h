@@ -16,11 +16,12 @@ namespace cuboid_mapping_ros {
 
 /// Finds points of moving objects from earlier clouds. Replays of a recording give the same result.
 ///
-/// With a window it forgets bricks outside the window and its margin that no cloud has touched for a while, as the map in memory
-/// does, but by the clouds alone: neither the disk nor callers that ask for parts of the map matter. A place that is loaded
+/// With a window it forgets bricks outside the window and its margin that no cloud has touched for a while.
+/// This depends on the clouds alone, not on the disk or on calls for parts of the map. A part that is loaded
 /// again has to be seen empty again.
 ///
-/// Memory: about 100 bytes for each brick of 8 x 8 x 8 voxels that has void ones. Not thread-safe except for reset().
+/// Memory: about 100 bytes for each brick of 8 x 8 x 8 voxels that has void ones. Not thread-safe except for
+/// reset().
 class MovingFilter {
  public:
   /// @param what  With kIgnore, nothing is noted and no point moves. @param window  Window of the map.
@@ -30,7 +31,8 @@ class MovingFilter {
   /// Points in void voxels, map frame, in metres. Call it before take().
   [[nodiscard]] std::vector<Eigen::Vector3d> findMoving(const std::vector<Scan>& scans) const;
 
-  /// Notes a cloud. @return The part that goes into the map: all, or with kLeaveOut all but hits in voxels that were void
+  /// Notes a cloud. @return The part that goes into the map: all, or with kLeaveOut all but hits in voxels that
+  /// were void
   ///         before. Valid until the next call, and as long as `update`.
   /// @param window_center_map  Ignored without a window.
   [[nodiscard]] const ScanUpdate& take(
@@ -54,8 +56,8 @@ class MovingFilter {
   std::atomic<bool> is_reset_{false};
 };
 
-/// Frees occupied voxels in void space, except locked ones, after a drive: objects that passed before it was known
-/// that the place is empty. Such a voxel is then as if one beam had passed it.
+/// Frees occupied voxels in void space after a drive, except locked ones: objects that passed before the place
+/// was known to be empty. These voxels get the log-odds of one miss.
 /// @return Number of voxels.
 std::size_t freeVoidVoxels(const VoidSpace& void_space, CuboidMap& map);
 

@@ -40,8 +40,9 @@ class NodeSources {
   /// Number of publishers of all topics.
   [[nodiscard]] std::size_t numPublishers() const;
 
-  /// Errors of topics that are published with another type than their source's, joined; see describeWrongType().
-  /// Logs each new text. Asks the master, for sources that have received nothing and have no publisher.
+  /// Errors of topics that are published with another type than their source's, joined; see
+  /// describeWrongType(). Logs each new text. Asks the master, for sources that have received nothing and have
+  /// no publisher.
   [[nodiscard]] std::string findWrongTypes();
   /// Topics with messages for the sources that nobody publishes, as the last findWrongTypes() found them.
   [[nodiscard]] const std::string& otherTopics() const { return other_topics_; }

@@ -21,12 +21,13 @@ namespace cuboid_mapping_ros {
 
 /// Finds the camera_info of each depth image. Needs no master.
 ///
-/// The one with the image's stamp counts; else one without a stamp, or the nearest by stamp: for a camera that does not
-/// change they are equal, whether they come 3 ms later, or once. message_filters has no policy for this: its
-/// synchronizers want a pair of stamps for each image.
+/// The camera_info with the image's stamp counts; else one without a stamp, or the nearest by stamp: those of
+/// one camera are equal, even if they come 3 ms later, or only once. message_filters has no policy for this:
+/// its synchronizers need a camera_info for each image.
 ///
-/// An image waits until a camera_info arrives that is not earlier; for at most kMaxWaiting other images, and not
-/// at all if none has come for as many images. Before the first camera_info, kMaxCameras images wait. Not thread-safe.
+/// An image waits until a camera_info arrives that is not earlier; for at most kMaxWaiting other images, and
+/// not at all if none has come for as many images. Before the first camera_info, kMaxCameras images wait. Not
+/// thread-safe.
 class DepthPairs {
  public:
   struct Callbacks {

@@ -16,7 +16,8 @@ using cuboid_mapping::toText;
 constexpr std::size_t kCheckedPoints = 1000;
 /// Minimum number of points before a source is judged.
 constexpr std::size_t kLeastJudgedPoints = 100;
-/// Maximum number of points for judging a source: the table of ranges stops growing, and later clouds cost nothing.
+/// Maximum number of points for judging a source: the table of ranges stops growing, and later clouds cost
+/// nothing.
 constexpr std::size_t kMaxJudgedPoints = 100000;
 /// Depth cameras rarely see farther, except in single pixels.
 constexpr double kMaxUsualDepth_m = 8.0;
@@ -54,7 +55,7 @@ void CloudChecks::warnOnce(const std::string& kind, const std::string& text) {
   if (!std::exchange(said_[kind], true)) warnings_.push_back(text);
 }
 
-/// A value for no return is mostly the greatest of all. Planes in front of a camera have one depth, too.
+/// Warns if a tenth of the points have one range, as values for no return do.
 void CloudChecks::checkOneRange() {
   const auto most =
       std::max_element(counts_.begin(), counts_.end(),

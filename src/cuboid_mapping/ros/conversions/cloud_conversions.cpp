@@ -8,8 +8,8 @@
 #include <algorithm>
 #include <array>
 
-// sensor_msgs::PointCloud2ConstIterator and pcl::fromROSMsg are not used: they trust the numbers of
-// the message, and know neither the other byte order nor FLOAT64 (nor the iterator row_step).
+// sensor_msgs::PointCloud2ConstIterator and pcl::fromROSMsg are not used: they trust the numbers of the
+// message, and read neither the other byte order nor FLOAT64; the iterator also ignores row_step.
 
 namespace cuboid_mapping_ros {
 namespace {

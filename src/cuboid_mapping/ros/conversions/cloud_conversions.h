@@ -61,7 +61,8 @@ struct CloudOptions {
 /// count other than 1 stands for the first element. Both byte orders; organized or not; see layoutOf().
 /// is_dense is ignored: every point is checked. A point at exactly (0, 0, 0), or at the sensor if the
 /// cloud has been transformed out of its frame, is no return: drivers without NaN write these.
-/// A point whose range or greatest coordinate from the sensor is in `no_return_ranges_m` is no return, too; its beam is known.
+/// A point whose range or greatest coordinate from the sensor is in `no_return_ranges_m` is no return, too; its
+/// beam is known.
 ///
 /// Points that are no return, in an organized cloud (height > 1) with `no_return_range_m` > 0,
 /// become no-returns if they are of `no_return_points`, and if
@@ -74,7 +75,8 @@ struct CloudOptions {
 [[nodiscard]] ConvertedCloud convertCloud(const sensor_msgs::PointCloud2& message,
                                           const CloudOptions& options = {});
 
-/// Marks the points of a message that are finite and not (0, 0, 0), row by row; empty if it cannot be converted.
+/// Marks the points of a message that are finite and not (0, 0, 0), row by row; empty if it cannot be
+/// converted.
 [[nodiscard]] std::vector<bool> findReturns(const sensor_msgs::PointCloud2& message);
 
 /// cuboid_mapping::makeScan() of a converted cloud, with its anchor.

@@ -8,7 +8,8 @@
 
 namespace cuboid_mapping_ros {
 
-/// Reasons why a cloud does not enter the map. The first are defects of its message, in the order of the checks.
+/// Reasons why a cloud does not enter the map. The first are defects of its message, in the order of the
+/// checks.
 enum class DropReason : unsigned char {
   kEmptyFrame,     ///< header.frame_id is empty.
   kNoPoints,       ///< width or height is 0, see layoutOf().

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Depth images in image_transport's formats "compressedDepth" and "compressed". This is own code because image_transport loads
-// its decoders as plugins of subscribers: Debian has none of them, and a bag has no subscriber.
+// Depth images in image_transport's formats "compressedDepth" and "compressed". This is own code because
+// image_transport loads its decoders as plugins of subscribers: Debian has none of them, and a bag has no
+// subscriber.
 #pragma once
 
 #include <sensor_msgs/CompressedImage.h>
@@ -18,7 +19,8 @@ namespace cuboid_mapping_ros {
 /// Whether messages on this topic are sensor_msgs/CompressedImage, by its name.
 [[nodiscard]] bool isCompressed(const std::string& topic);
 
-/// Wraps a message as an image whose data is still compressed: without a size, and with the message's `format` as encoding.
+/// Wraps a message as an image whose data is still compressed: without a size, and with the message's `format`
+/// as encoding.
 [[nodiscard]] sensor_msgs::Image::ConstPtr toCompressedImage(
     const sensor_msgs::CompressedImage& message);
 
@@ -29,7 +31,8 @@ namespace cuboid_mapping_ros {
 ///
 /// Cases:
 ///   - "16UC1; compressedDepth", "... png" and "16UC1; png compressed": the same numbers as before compression;
-///   - "32FC1; compressedDepth": metres; compressed_depth_image_transport quantizes the inverse of the depth. 0 becomes NaN;
+///   - "32FC1; compressedDepth": metres; compressed_depth_image_transport quantizes the inverse of the depth. 0
+///     becomes NaN;
 ///   - RVL, JPEG, PNG of other than 16 bits of grey, and damaged data: refused.
 ///
 /// @return The image, in the byte order of this machine; or the defect and its cure. @complexity O(pixels).

@@ -60,7 +60,8 @@ std::size_t pixelBytes(const Image& image) {
   return is_16_bit ? sizeof(std::uint16_t) : 0;
 }
 
-/// Bytes from row to row: the image's own value, unless it is impossible and the size of the data allows only one.
+/// Bytes from row to row: the image's own value, unless it is impossible and the size of the data allows only
+/// one.
 std::uint64_t stepOf(const Image& image) {
   const std::uint64_t row_bytes = std::uint64_t{image.width} * pixelBytes(image);
   const bool has_no_gaps = row_bytes != 0 && image.data.size() % row_bytes == 0 &&
@@ -177,7 +178,7 @@ ConvertedCloud convertDepthImage(const DepthImage& depth, const CloudOptions& op
         "camera_info has a negative focal length: the points are mirrored, unless y of frame '" +
         image.header.frame_id + "' points up. Make it positive for optical frames";
   }
-  // A given depth may be a number of units, such as 65534.
+  // A depth of no_return_points may be a number of units, such as 65534.
   const bool has_units = reader.hasUnits();
   cloud.points.reserve(std::size_t{image.width} * image.height);
   for (std::size_t row = 0; row < image.height; ++row) {

@@ -80,10 +80,10 @@ DeltaMessage fromMessage(const CuboidMapUpdate& message) {
   result.delta.is_everything = message.everything != 0;
   result.delta.resolution_m = message.resolution;
   result.server = message.server;
-  // A damaged message counts as if everything had changed: the client asks for the map.
+  // A damaged message counts as a change of everything: the client asks for the map.
   result.delta.is_everything |=
       !isAtZero(message.origin) || !fromMessage(message.bricks, result.delta.bricks);
-  // Set in any case: it tells the client what to ask for.
+  // Set also for a damaged message: the client asks for a map of this detail.
   result.delta.detail = detailOf(message.bricks);
   return result;
 }

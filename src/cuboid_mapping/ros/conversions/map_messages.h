@@ -41,9 +41,9 @@ struct DeltaMessage {
 ///@}
 [[nodiscard]] CuboidMapUpdate toMessage(const DeltaMessage& from);
 
-/// The image in a message. A damaged one has no resolution, and no follower takes it.
+/// The image in a message. A damaged image has resolution 0, which followers refuse.
 [[nodiscard]] ImageMessage fromMessage(const FullCuboidMap& message);
-/// The changes in a message. Damaged ones say that everything has changed.
+/// The changes in a message. A damaged message counts as a change of everything.
 [[nodiscard]] DeltaMessage fromMessage(const CuboidMapUpdate& message);
 
 /// Offers a topic of cuboid_mapping/CuboidMapUpdate.

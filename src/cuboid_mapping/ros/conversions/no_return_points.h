@@ -40,7 +40,8 @@ using NoReturnRanges = std::vector<double>;
 /// Whether a range is in the list, up to the rounding of floats and half a millimetre.
 [[nodiscard]] bool contains(const NoReturnRanges& ranges_m, double range_m);
 
-/// Value of the parameter: a name such as "with_nan", or readings such as "nan zero"; then ranges such as "81.91".
+/// Value of the parameter: a name such as "with_nan", or readings such as "nan zero"; then ranges such as
+/// "81.91".
 [[nodiscard]] std::string toText(NoReturnPoints points, const NoReturnRanges& ranges_m = {});
 
 /// Inverse of toText(), readings and ranges in any order; nothing for another text.

@@ -69,7 +69,8 @@ template <typename FieldT, typename ScalarT>
   return cloud;
 }
 
-/// toCloudOf() with 32-bit floats, or with doubles if a coordinate is beyond kFar_m, where floats round by more than 1 mm.
+/// toCloudOf() with 32-bit floats, or with doubles if a coordinate is beyond kFar_m, where floats round by more
+/// than 1 mm.
 template <typename ScalarT>
 [[nodiscard]] sensor_msgs::PointCloud2 toCloud(
     const std::vector<Eigen::Matrix<ScalarT, 3, 1>>& points, const std_msgs::Header& header) {

@@ -36,9 +36,9 @@ struct SensorMessage {
 
 /// Converts a planar scan to points in its frame, where laser_geometry puts them.
 ///
-/// A range of at least range_min and below range_max is a return. NaN, +inf, -inf, 0, ranges beyond range_max, and
-/// the given ranges depend on `no_return_points`: beams without return of known direction, or nothing.
-/// Any other range is discarded, as sensor_msgs/LaserScan says.
+/// A range of at least range_min and below range_max is a return. NaN, +inf, -inf, 0, ranges beyond range_max,
+/// and the given ranges depend on `no_return_points`: beams without return of known direction, or nothing. Any
+/// other range is discarded, as sensor_msgs/LaserScan says.
 ///
 /// @param options  T_cloud_sensor is ignored: the beams start in the scan's frame.
 /// @return At least one point or no-return; or the reason of refusal. @complexity O(ranges).
@@ -48,14 +48,16 @@ struct SensorMessage {
 /// Converts a depth image to points in its frame: x right, y down, z forward (REP 103).
 ///
 /// Cases:
-///   - encoding 16UC1, 16SC1 or mono16: units of `depth_unit_m`, 0 is no measurement, and the greatest number is +inf;
-///     32FC1: metres (REP 118). Both byte orders. An impossible step is replaced if the rows have no gaps;
+///   - encoding 16UC1, 16SC1 or mono16: units of `depth_unit_m`, 0 is no measurement, and the greatest number
+///     is +inf; 32FC1: metres (REP 118). Both byte orders. An impossible step is replaced if the rows have no
+///     gaps;
 ///   - compressed images of toCompressedImage() are decompressed first;
 ///   - an image of another size than the camera's is refused;
 ///   - the camera's projection matrix counts, or else its intrinsics. Region of interest and
 ///     binning are taken into account; distortion is not: depth images are rectified;
-///   - NaN, +inf, -inf, 0 and the given depths, in metres or units, depend on `no_return_points`, as for a planar
-///     scan; negative depths are discarded. A beam without return reaches `no_return_range_m` along its own direction.
+///   - NaN, +inf, -inf, 0 and the given depths, in metres or units, depend on `no_return_points`, as for a
+///     planar scan; negative depths are discarded. A beam without return reaches `no_return_range_m` along its
+///     own direction.
 ///
 /// @param options  As for convertLaserScan().
 /// @return At least one point or no-return; or the reason of refusal. @complexity O(pixels).

@@ -19,10 +19,10 @@ using Slices = std::vector<std::int32_t>;
 /// Middle of a slice, after the stamp.
 [[nodiscard]] ros::Duration middleOf(std::int32_t slice);
 
-/// Slices in which points were measured, in order. Odd times are left out: those a second or more from the stamp, and
-/// slices with less than a hundredth of the points that are 0.1 s away from all others.
-/// @param times_s  Result of readPointTimes(); NaN is ignored. @return Nothing if more than half of the times are
-///                 odd, or there is none. @complexity O(points).
+/// Slices in which points were measured, in order. Odd times are left out: those a second or more from the
+/// stamp, and slices with less than a hundredth of the points that are 0.1 s away from all others.
+/// @param times_s  Result of readPointTimes(); NaN is ignored. @return Nothing if more than half of the times
+///                 are odd, or there is none. @complexity O(points).
 [[nodiscard]] std::optional<Slices> findSlices(const std::vector<double>& times_s);
 
 /// Points of each slice, in the order of the message; points of other times are left out.
@@ -36,9 +36,9 @@ using Slices = std::vector<std::int32_t>;
 ///
 /// Cases:
 ///   - a cloud with a field `time` or `t` (Velodyne, Ouster), `offset_time` or `timestamp` (Livox),
-///     `timestamp`, `time_stamp` or `timeStamp` (Hesai, RoboSense); the first one counts. Whole numbers are nanoseconds;
-///     floating-point numbers are seconds, or beyond 1e15 nanoseconds. Values beyond 1e6 s are times of day, others count
-///     from the stamp. Both byte orders;
+///     `timestamp`, `time_stamp` or `timeStamp` (Hesai, RoboSense); the first one counts. Whole numbers are
+///     nanoseconds; floating-point numbers are seconds, or beyond 1e15 nanoseconds. Values beyond 1e6 s are
+///     times of day, others count from the stamp. Both byte orders;
 ///   - a scan: its time_increment times the number of the range;
 ///   - NaN: the time is invalid, or the point is no return and these are not wanted.
 ///

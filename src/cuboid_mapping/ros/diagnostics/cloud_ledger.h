@@ -39,13 +39,14 @@ class SpeedWatch {
   [[nodiscard]] std::optional<double> rateHz(std::size_t source = 0) const;
   [[nodiscard]] double reach_m() const { return reach_m_; }
 
-  /// Settings that would keep up, such as "4.3 s per cloud at 10 Hz: try resolution 0.2 or sensor_model/max_range
-  /// 30"; nothing if clouds take less time than there is between them, or too few have come.
+  /// Settings that would keep up, such as "4.3 s per cloud at 10 Hz: try resolution 0.2 or
+  /// sensor_model/max_range 30"; nothing if clouds take less time than there is between them, or too few have
+  /// come.
   [[nodiscard]] std::optional<std::string> advice() const;
 
   /// Parameters that suit a sensor of this reach, if the current ones suit rooms.
-  /// Nothing before kFirstClouds clouds are in the map, while clouds take less than kSmallLoad of the time between them
-  /// (as planar scans do), or when there is nothing to suggest.
+  /// Nothing before kFirstClouds clouds are in the map, while clouds take less than kSmallLoad of the time
+  /// between them (as planar scans do), or when there is nothing to suggest.
   [[nodiscard]] std::optional<std::string> suggestion() const;
 
   static constexpr std::size_t kFirstClouds = 5;
@@ -79,7 +80,7 @@ struct SourceStatistics {
   std::string last_drop;  ///< Reason and cure of the last drop; empty: none was dropped.
 };
 
-/// Counts each message on arrival, and its outcome, so that every loss has its cause. Thread-safe.
+/// Counts each message on arrival, and its outcome, so that every lost cloud has a reason. Thread-safe.
 class CloudLedger {
  public:
   using Clock = std::chrono::steady_clock;
@@ -106,12 +107,15 @@ class CloudLedger {
 
   /// Counts a message. @return false if it is beyond max_rate, and to be ignored.
   [[nodiscard]] bool noteReceived(std::size_t source, const std_msgs::Header& header);
-  /// Notes that a received message is in the map. @param work  Figures of the points and times of all clouds so far.
+  /// Notes that a received message is in the map. @param work  Figures of the points and times of all clouds so
+  /// far.
   void noteInserted(std::size_t source, const NodeStatistics& work, double duration_s);
-  /// Notes that a received message is not in the map; logs why, the same reason every 10 s at most. Throws nothing.
+  /// Notes that a received message is not in the map; logs why, the same reason every 10 s at most. Throws
+  /// nothing.
   /// @param text  Empty: nothing new to log.
   void noteDropped(std::size_t source, DropReason reason, const std::string& text) noexcept;
-  /// Logs now and then settings that would keep up, or suit the sensor. @param is_behind  Clouds wait for their turn.
+  /// Logs now and then settings that would keep up, or suit the sensor. @param is_behind  Clouds wait for their
+  /// turn.
   void giveAdvice(bool is_behind);
 
   /// Sets parameters that were changed while the node runs.

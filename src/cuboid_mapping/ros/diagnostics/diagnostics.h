@@ -123,10 +123,10 @@ struct ReportSummary {
 ///   - no cloud has ever come: warning, or error if a topic is published with another type;
 ///   - clouds were dropped since the last report: warning with the most frequent reason, or
 ///     error if none was inserted for kMaxStarved_s;
-///   - clouds wait for tf, as at the last report, and none was inserted since: likewise;
+///   - clouds wait for tf, as at the last report, and none was inserted since: the same levels;
 ///   - no cloud for kMaxSilence_s: warning, or error after kErrorSilence_s. With simulated time and no
-///     publisher any more, the recording has ended, and all is well. If all clouds were dropped, the
-///     message says why;
+///     publisher left, the recording has ended, and all is well. If all clouds were dropped, the message says
+///     why;
 ///   - stamps are ahead of the clock by more than kMaxAhead_s: warning;
 ///   - else: all is well, with a hint if the stamps are old, as of a bag without simulated time.
 [[nodiscard]] ReportSummary summarize(const NodeReport& report, const NodeStatistics& last_report);
@@ -137,8 +137,8 @@ struct ReportSummary {
 /// Advice for dropped clouds, as a clause that follows "dropped: ".
 [[nodiscard]] const char* toAdvice(DropReason reason);
 
-/// Writes a report with one key for each figure. It is an error, whatever summarize() says, if callbacks or the store of a
-/// window have failed since the last report.
+/// Writes a report with one key for each figure. It is an error, whatever summarize() says, if callbacks or the
+/// store of a window have failed since the last report.
 void fillStatus(const NodeReport& report, const NodeStatistics& last_report,
                 diagnostic_updater::DiagnosticStatusWrapper& status);
 

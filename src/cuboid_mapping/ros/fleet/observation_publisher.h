@@ -22,10 +22,10 @@
 
 namespace cuboid_mapping_ros {
 
-/// The topic observations with the voxels that each cloud observes, for maps of several robots; and
+/// The topic observations, with the voxels that each cloud observes, for maps of several robots; and
 /// ~get_observations, for subscribers that have missed some.
 ///
-/// All observations are counted; bytes are made if somebody subscribes, or they are to be kept. The excess over
+/// All observations are counted. They are encoded only for subscribers, or to be kept. The excess over
 /// observation_rate waits, or is left out. Thread-safe.
 class ObservationPublisher {
  public:
@@ -57,7 +57,7 @@ class ObservationPublisher {
   bool leaves_out_;   ///< Drops the excess; else the excess waits.
   ByteBudget budget_;
   std::size_t max_kept_bytes_;
-  std::deque<Message> kept_;  ///< By sequence; without those that memory did not suffice for.
+  std::deque<Message> kept_;  ///< Kept messages by sequence; those beyond the memory are missing.
   std::size_t num_kept_bytes_ = 0;
   std::deque<Message> waiting_;  ///< Messages by sequence.
   Observation last_;             ///< Common fields of all observations, without data.

@@ -159,7 +159,7 @@ void RobotMerger::applyDue() {
     const std::lock_guard<std::mutex> lock(mutex_);
     due = order_.takeDue(mergeTime_s());
   }
-  std::exception_ptr failure;  // One failure must not keep the others out of the map.
+  std::exception_ptr failure;  // A failure must not keep other observations out of the map.
   for (const RobotObservation& observation : due) {
     try {
       apply(observation);

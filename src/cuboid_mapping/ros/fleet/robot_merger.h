@@ -22,14 +22,15 @@
 
 namespace cuboid_mapping_ros {
 
-/// An observation, or the reason why it cannot be put into a map: it is damaged, or has another frame or resolution.
+/// An observation, or the reason why it cannot be put into a map: it is damaged, or has another frame or
+/// resolution.
 [[nodiscard]] std::variant<RobotObservation, std::string> readObservation(
     const Observation& message, const NodeParameters& parameters);
 
 [[nodiscard]] ros::Time stampOf(const RobotObservation& observation);
 
-/// Builds a map from the observations of several robots, in the order of the stamps; see ObservationOrder. Asks robots
-/// for lost observations.
+/// Builds a map from the observations of several robots, in the order of the stamps; see ObservationOrder. Asks
+/// robots for lost observations.
 ///
 /// Thread rule: the callbacks of both node handles may run side by side; all other calls belong to the
 /// thread of the first.
@@ -41,9 +42,9 @@ class RobotMerger {
     std::function<void(const RobotObservation&, bool is_in_map)> note;
   };
 
-  /// @param nh  Handle of the thread that changes the map. @param asking_nh  Handle of threads that may wait for robots, one
-  /// more than there are robots, so that a silent robot blocks no other. @param map  Must outlive
-  /// this object. Continues from GuardedMap::progress().
+  /// @param nh  Handle of the thread that changes the map. @param asking_nh  Handle of threads that may wait
+  /// for robots, one more than there are robots, so that a silent robot blocks no other. @param map  Must
+  /// outlive this object. Continues from GuardedMap::progress().
   /// @throws std::runtime_error  if that progress is invalid.
   RobotMerger(const ros::NodeHandle& nh, const ros::NodeHandle& asking_nh,
               const NodeParameters& parameters, GuardedMap& map, Callbacks callbacks);

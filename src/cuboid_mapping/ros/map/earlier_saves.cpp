@@ -31,7 +31,7 @@ void copyMap(const std::string& file, const std::string& name) {
   }
 }
 
-/// Applies to the locks of a map the same work as to the map.
+/// Applies work to the files of a map and of its locks.
 template <typename WorkT>
 void withLocks(const std::string& from, const std::string& to, const WorkT& work) {
   work(from, to);
@@ -55,7 +55,7 @@ std::string earlierSave(const std::string& map_file, int number) {
 void keepEarlierSaves(const std::string& map_file, int count) {
   if (count == 0 || !hasMap(map_file)) return;
   std::error_code ignored;
-  int last = 1;  // Fills a gap first: it comes from a move that did not end.
+  int last = 1;  // Fills a gap first, which an interrupted move has left.
   while (last < count && fs::exists(earlierSave(map_file, last), ignored)) ++last;
   const auto move = [](const std::string& from, const std::string& to) { fs::rename(from, to); };
   for (int number = last; number > 1; --number) {

@@ -14,8 +14,8 @@ namespace cuboid_mapping_ros {
 
 /// The voxels and locks that the last edits of a map replaced. Not thread-safe.
 ///
-/// Beyond kMaxEdits or `max_bytes` the oldest edits are dropped. An edit beyond `max_bytes` drops all: the earlier ones
-/// cannot be undone exactly without it.
+/// Beyond kMaxEdits or `max_bytes` the oldest edits are dropped. An edit beyond `max_bytes` drops all: the
+/// earlier ones cannot be undone exactly without it.
 class EditUndo {
  public:
   static constexpr std::size_t kMaxEdits = 20;
@@ -27,7 +27,8 @@ class EditUndo {
     state_ = State::kBegun;
     mark_ = mark;
   }
-  /// Keeps the voxels of a box, and the locks, before the edit changes them. Does nothing after clear(), until begin().
+  /// Keeps the voxels of a box, and the locks, before the edit changes them. Does nothing after clear(), until
+  /// begin().
   /// @throws std::bad_alloc
   void keep(const CuboidMap& map, const CellBox& box);
   /// Drops all edits, for example when the whole map is replaced.
@@ -39,7 +40,8 @@ class EditUndo {
   [[nodiscard]] CellBox nextBox() const;
   /// Mark of the last edit, and the number of its parts; 0 if there is none.
   [[nodiscard]] std::pair<std::uint64_t, std::size_t> lastEdit() const;
-  /// Undoes the newest part of the last edit. After its last part, size() is one less. Does nothing if size() is 0.
+  /// Undoes the newest part of the last edit. After its last part, size() is one less. Does nothing if size()
+  /// is 0.
   /// @throws std::bad_alloc  The next call undoes the same part.
   ChangeSet undoPart(CuboidMap& map);
 

@@ -14,15 +14,17 @@
 
 namespace cuboid_mapping_ros {
 
-/// Forgets voxels that no cloud has seen for some time, by the stamps of the clouds. Replays of a recording give
-/// the same result.
+/// Forgets voxels that no cloud has seen for some time, by the stamps of the clouds. Replays of a recording
+/// give the same result.
 ///
-/// Each source remembers its voxels for its own time (forget_after), or for ever (0). A seen voxel that no source remembers
-/// is forgotten. Forgetting may be limited to one class of voxels; the others then stay as they are.
+/// Each source remembers its voxels for its own time (forget_after), or for ever (0). A seen voxel that no
+/// source remembers is forgotten. Forgetting may be limited to one class of voxels; the others then stay as
+/// they are.
 ///
 /// Time is kept per brick of 8 x 8 x 8 voxels: a brick is seen as long as a beam passes or hits any of its
-/// voxels. Locked voxels stay, and so do voxels that no cloud has seen, such as those of a file or a service. When stamps
-/// jump back by more than the shortest time, remaining times stay as long as they were. Not thread-safe.
+/// voxels. Locked voxels stay, and so do voxels that no cloud has seen, such as those of a file or a service.
+/// When stamps jump back by more than the shortest time, remaining times stay as long as they were. Not
+/// thread-safe.
 class Forgetting {
  public:
   /// @param parameters  With those of the sources. If no source forgets, note() does nothing.
@@ -31,8 +33,8 @@ class Forgetting {
   /// Whether any source forgets.
   [[nodiscard]] bool isOn() const { return shortest_ns_ > 0; }
 
-  /// Notes the voxels of a cloud, and finds bricks that are due, at most ten times in the shortest time. A stamp of
-  /// 0 is ignored.
+  /// Notes the voxels of a cloud, and finds bricks that are due, at most ten times in the shortest time. A
+  /// stamp of 0 is ignored.
   /// @complexity O(bricks of the update); when it looks for due bricks, O(bricks remembered).
   void note(const ScanUpdate& update, const ros::Time& stamp, std::size_t source = 0);
 

@@ -33,7 +33,8 @@ class PageHold {
   std::atomic<int>& count_;
 };
 
-/// Gives a map that was built beside another one the other's sensor model, which may have been reconfigured meanwhile.
+/// Gives a map that was built beside the current one the current sensor model, which may have changed
+/// meanwhile.
 void followSensorModel(const CuboidMap& map, CuboidMap& fresh);
 
 /// A map that one thread fills while others read it. Thread-safe.
@@ -56,8 +57,8 @@ class GuardedMap {
   /// The history; null without one.
   [[nodiscard]] KeptHistory* history() const { return history_.get(); }
 
-  /// Puts the voxels of a cloud into the map: pages outside the window are loaded first, or their voxels are left out, by the
-  /// rule of the window. Else as change(); readers continue while the new voxels are computed.
+  /// Puts the voxels of a cloud into the map. Depending on the window, pages outside it are loaded first, or
+  /// their voxels are left out. Otherwise as change(); readers continue while the new voxels are computed.
   /// @param model  Sensor model, see CuboidMap::apply(). @param window_center_map  Ignored without a window.
   /// @param kept  Cloud for the history, if there is one.
   void integrate(const ros::Time& stamp, const ScanUpdate& update, const SensorModel& model,
@@ -67,13 +68,14 @@ class GuardedMap {
   /// Begins a correction of the current map. Clouds wait while the map is copied, some milliseconds.
   /// @pre There is a history. @throws As MapHistory::begin(), and KeptHistory::whole().
   [[nodiscard]] MapCorrection beginCorrection(const PoseTrack& poses, const CorrectionRule& rule);
-  /// Replaces the map by a corrected one with its poses. Else as replaceAll().
+  /// Replaces the map by a corrected one, and the poses of the history. Otherwise as replaceAll().
   /// @pre There is a history. @throws As MapHistory::finish(), and KeptHistory::whole(): all is then as it was.
   void exchange(MapCorrection& correction);
 
-  /// Changes voxels of a box, whose pages are loaded first. Else as edit().
+  /// Changes voxels of a box, whose pages are loaded first. Otherwise as edit().
   /// @param whole  Box of the whole edit if this is a part of it, for the history; else empty.
-  /// @throws MapFileError  if a page cannot be loaded: no voxel has changed, and the pages before it are loaded.
+  /// @throws MapFileError  if a page cannot be loaded: no voxel has changed, and the pages before it are
+  ///         loaded.
   template <typename WorkT>
   void editIn(const CellBox& box, const WorkT& work, const CellBox& whole = {}) {
     const ChangeLock lock(*this);
@@ -86,7 +88,7 @@ class GuardedMap {
     if (history_) history_->addEdit(box, map_, whole);
   }
 
-  /// Replaces the whole map, in memory and on disk. Else as edit(), and the stamp may be set.
+  /// Replaces the whole map, in memory and on disk. Otherwise as edit(); the work may set the stamp.
   /// @param work  (CuboidMap&) or (CuboidMap&, ros::Time& stamp) -> ChangeSet.
   template <typename WorkT>
   void replaceAll(const WorkT& work) {
@@ -97,8 +99,8 @@ class GuardedMap {
     if (window_) window_->noteReplaced(map_);
   }
 
-  /// Changes the map. Exceptions of the work are passed on: the map then is as the work has left it, its stamp
-  /// as before, and takeChanges() reports that everything has changed.
+  /// Changes the map. Exceptions of the work are passed on: the map then stays as the work has left it, with
+  /// the stamp as before, and takeChanges() reports that everything has changed.
   /// @param work  (CuboidMap&) -> ChangeSet. @param stamp  Stamp of the map after it.
   template <typename WorkT>
   void change(const ros::Time& stamp, const WorkT& work) {
@@ -107,7 +109,7 @@ class GuardedMap {
     stamp_ = stamp;
   }
 
-  /// Changes the map without a cloud: its stamp stays. The history keeps the locks. Else as change().
+  /// Changes the map without a cloud: its stamp stays. The history keeps the locks. Otherwise as change().
   /// @param work  (CuboidMap&) or (CuboidMap&, const ros::Time& stamp) -> ChangeSet.
   template <typename WorkT>
   void edit(const WorkT& work) {
@@ -116,12 +118,14 @@ class GuardedMap {
     if (history_) history_->addEdit({}, map_);
   }
 
-  /// Begins an edit that undoEdit() undoes: calls of edit() and editIn() with keepForUndo(), while the result lives.
-  /// Edits wait for each other, so that the last one is undone exactly.
+  /// Begins an edit that undoEdit() undoes: calls of edit() and editIn() with keepForUndo(), while the result
+  /// lives. Edits wait for each other, so that the last one is undone exactly.
   [[nodiscard]] std::unique_lock<std::mutex> beginEdit();
-  /// Keeps the voxels of a box, and the locks, before they change. @pre Called by the work of an edit that has begun.
+  /// Keeps the voxels of a box, and the locks, before they change. @pre Called by the work of an edit that has
+  /// begun.
   void keepForUndo(const CellBox& box) { undo_.keep(map_, box); }
-  /// Restores the voxels and locks that the last edit replaced, even if clouds have changed them since; see EditUndo.
+  /// Restores the voxels and locks that the last edit replaced, even if clouds have changed them since; see
+  /// EditUndo.
   /// @return Number of edits that can still be undone; nothing if there was none.
   /// @throws std::bad_alloc, MapFileError  The next call undoes the rest of the edit.
   std::optional<std::size_t> undoEdit();
@@ -151,8 +155,8 @@ class GuardedMap {
     return work(std::as_const(map_), stamp_, static_cast<const MapWindow*>(window_.get()));
   }
 
-  /// Reads the map for long: others get their turn where the work allows it (Budget::spendAndYield()), and the map
-  /// may have changed afterwards.
+  /// Reads the map for long: others get their turn where the work allows it (Budget::spendAndYield()), and the
+  /// map may have changed afterwards.
   /// @param work  (const CuboidMap&, const ros::Time& stamp, Budget&) -> any; the stamp is read at
   ///              the beginning.
   /// @param is_stopped  true ends the budget; may be null.
@@ -186,8 +190,8 @@ class GuardedMap {
   void load(const CellBox& box);
   /// Figures of the window; nothing without one.
   [[nodiscard]] std::optional<WindowFigures> windowFigures() const;
-  /// Writes changes to the disk, some pages at a time, so that others get their turn. The figures of the window count
-  /// failures.
+  /// Writes changes to the disk, some pages at a time, so that others get their turn. The figures of the window
+  /// count failures.
   void save();
   /// Writes the sensor model of the map to the store.
   void saveHead();
@@ -196,8 +200,8 @@ class GuardedMap {
   [[nodiscard]] ChangeSet takeChanges();
 
   /// As above, while nobody changes the map.
-  /// @param work  (const CuboidMap&, const ros::Time& stamp, const ChangeSet&). Its exceptions are passed on, and the
-  ///              next call reports that everything has changed.
+  /// @param work  (const CuboidMap&, const ros::Time& stamp, const ChangeSet&). Its exceptions are passed on,
+  ///              and the next call reports that everything has changed.
   template <typename WorkT>
   ChangeSet takeChanges(const WorkT& work) {
     const ReadLock lock(mutex_);

@@ -17,15 +17,15 @@ struct KeptObservation {
   ObservationConfig config;
 };
 
-/// The history of a map, which may fail, for example on a full disk, while the map goes on: missed changes cannot be corrected, so
-/// the history is lost until the whole map is replaced. Thread-safe.
+/// The history of a map. If it fails, for example on a full disk, the map goes on without it: the history is
+/// lost until the whole map is replaced, since missed changes cannot be corrected. Thread-safe.
 class KeptHistory {
  public:
   /// See MapHistory.
   KeptHistory(const MapConfig& config, double step_m, const HistoryLimits& limits)
       : history_(config, step_m, limits) {}
 
-  // As in MapHistory, but these throw nothing.
+  // Functions of MapHistory that throw nothing here.
   ///@{
   void restart(const CuboidMap& map) noexcept;
   void add(const KeptObservation& observation) noexcept;

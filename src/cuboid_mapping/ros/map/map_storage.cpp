@@ -117,7 +117,7 @@ SnapshotLimits makeSnapshotLimits(const NodeParameters& parameters) {
 MapSnapshot takeWholeSnapshot(GuardedMap& map, const std::string& frame_id,
                               const SnapshotLimits& limits, const SnapshotLook& look,
                               const CallProgress& progress) {
-  const PageHold hold = map.hold();  // Clouds write nothing to the disk meanwhile.
+  const PageHold hold = map.hold();  // No page is evicted to the disk meanwhile.
   MapSnapshot snapshot;
   std::vector<Cell> pages;
   std::uint64_t num_replaced = 0;

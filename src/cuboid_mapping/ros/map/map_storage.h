@@ -31,8 +31,8 @@ namespace cuboid_mapping_ros {
 /// Name of the file with the locked boxes, beside that of a map.
 [[nodiscard]] std::string locksFile(const std::string& map_file);
 
-/// Locked boxes of a map, in a file beside the map. The file is removed if there are none, or the map is a .cuboids, which
-/// keeps them.
+/// Locked boxes of a map, in a file beside the map. The file is removed if there are none, or the map is a
+/// .cuboids, which keeps them.
 /// @throws MapFileError naming the file.
 ///@{
 void saveLocks(const GuardedMap& map, const std::string& map_file);
@@ -48,10 +48,11 @@ struct StorageAnswer {
   std::uint64_t revision = 0;  ///< Revision of the saved map.
 };
 
-/// Saves the map after the last cloud; the ending of the file chooses the format. The map
-/// is held only while its bricks are copied.
+/// Saves the current map; the extension of the file chooses the format. The map is locked only while its bricks
+/// are copied.
 /// @param frame_id  Frame of the map, for the file. @param limits  With more on disk nothing is saved.
-/// @param progress  A cancelled save leaves the file as it was. A save of .ot or .bt cannot be cancelled while it is written.
+/// @param progress  A cancelled save leaves the file as it was. A save of .ot or .bt cannot be cancelled while
+///                  it is written.
 [[nodiscard]] StorageAnswer saveMap(GuardedMap& map, const std::string& frame_id,
                                     const std::string& file, const SnapshotLimits& limits = {},
                                     const CallProgress& progress = {});
@@ -61,9 +62,10 @@ struct StorageAnswer {
 using SnapshotLook =
     std::function<void(const CuboidMap& map, const ros::Time& stamp, const MapWindow* window)>;
 
-/// All voxels of a map at the beginning, in memory and on disk. Others get their turn at the map after each
-/// page read from the disk. A part that is loaded, changed and saved meanwhile is as it was saved.
-/// @throws MapFileError  as MapWindow::addStored(). @throws std::runtime_error  when the whole map is replaced meanwhile.
+/// All voxels of a map at the time of the call, in memory and on disk. Others get their turn at the map after
+/// each page read from the disk. A page that is loaded, changed and saved meanwhile has its saved content.
+/// @throws MapFileError  as MapWindow::addStored(). @throws std::runtime_error  when the whole map is replaced
+///         meanwhile.
 /// @throws Cancelled
 [[nodiscard]] MapSnapshot takeWholeSnapshot(GuardedMap& map, const std::string& frame_id,
                                             const SnapshotLimits& limits,
@@ -81,23 +83,23 @@ struct LoadPlacement {
       frame_id;  ///< Frame of the map; without a transform, notes report another one of the file.
 };
 
-/// Replaces the map by that of a file, or merges it; see moveMap() and mergeMaps(). Locks stay.
-/// After any error all is as it was: an unreadable or bad file, another resolution, a bad transform, too much for the
-/// limits, no memory, cancelled.
+/// Replaces the map by that of a file, or merges both; see moveMap() and mergeMaps(). Locks stay.
+/// An error changes nothing: an unreadable or bad file, another resolution, a bad transform, a map beyond the
+/// limits, lack of memory, a cancel.
 ///
-/// Replacing: the new map is built beside the old one, which is held for the exchange only: clouds
-/// that come in until then are lost with it. Merging: the map is held while the two are merged, and no cloud is
-/// lost.
+/// Replacing: the new map is built beside the old one, which is locked for the exchange only; clouds that
+/// arrive until then are lost with the old map. Merging: the map is locked while the two are merged, and no
+/// cloud is lost.
 [[nodiscard]] StorageAnswer loadMap(GuardedMap& map, const std::string& file,
                                     const SnapshotLimits& limits = {},
                                     const LoadPlacement& placement = {},
                                     const CallProgress& progress = {});
 
 /// Moves a whole map, with its locks and the pages on disk, to another frame. Cuboids of FusionKind::kGrowth
-/// grow anew. The new map is built beside the old one, which is held for the exchange only.
+/// grow anew. The new map is built beside the old one, which is locked for the exchange only.
 ///
-/// Refused, and all is as it was: the pages on disk exceed the limits or cannot be read, the map would reach beyond
-/// kAllCells, there is no memory, the map was changed meanwhile, or cancelled.
+/// Refused without any change: the pages on disk exceed the limits or cannot be read, the map would reach
+/// beyond kAllCells, memory does not suffice, another call changed the map meanwhile, or a cancel.
 [[nodiscard]] StorageAnswer moveWholeMap(GuardedMap& map, const VoxelMotion& motion,
                                          const SnapshotLimits& limits = {},
                                          const CallProgress& progress = {});
@@ -110,9 +112,9 @@ struct LoadPlacement {
 [[nodiscard]] std::string describeRefusal(const Eigen::Isometry3d& T_target_map,
                                           double resolution_m);
 
-/// The map of `map_file`, whose resolution becomes that of the parameters, as in octomap_server; without one, and with
-/// `resume`, that of `autosave_file`, if it exists. Nothing if there is none. Sets `is_autosave_read`, and clears a
-/// `map_file` that is missing and may be.
+/// The map of `map_file`, whose resolution becomes that of the parameters, as in octomap_server; without one,
+/// and with `resume`, that of `autosave_file`, if it exists. Nothing if there is none. Sets `is_autosave_read`,
+/// and clears a `map_file` that is missing and may be.
 /// @throws MapFileError naming the file; for an autosave_file of another resolution, too.
 [[nodiscard]] std::optional<MapSnapshot> readStartMap(NodeParameters& parameters);
 

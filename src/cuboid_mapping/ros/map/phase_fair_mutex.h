@@ -9,14 +9,15 @@
 namespace cuboid_mapping_ros {
 
 /// A mutex for many readers, or one writer. Nobody starves:
-///   - a reader passes a waiting writer while a reader from before the writer is active: a long reader delays
-///     the writer, but no short readers;
-///   - then the writer comes next, once the readers that passed it have left;
+///   - while a reader from before the writer is active, new readers pass the waiting writer: a long reader
+///     delays the writer, but no short readers;
+///   - then the writer is next, once the readers that passed it have left;
 ///   - after the writer, all waiting readers enter.
 ///
-/// So a writer waits for at most two generations of readers, a reader for the writer and the readers that passed it. See
-/// the phase-fair locks of Brandenburg and Anderson, "Spin-Based Reader-Writer Synchronization for Multiprocessor
-/// Real-Time Systems", 2010, where the writer waits for one generation and all new readers wait for that as well.
+/// So a writer waits for at most two generations of readers, a reader for the writer and the readers that
+/// passed it. See the phase-fair locks of Brandenburg and Anderson, "Spin-Based Reader-Writer Synchronization
+/// for Multiprocessor Real-Time Systems", 2010, where the writer waits for one generation and all new readers
+/// wait for that as well.
 class PhaseFairMutex {
  public:
   /// @pre Only one thread at a time writes, or waits to write.
@@ -46,7 +47,8 @@ class PhaseFairMutex {
   std::uint64_t num_written_ = 0;
 };
 
-/// A mutex that threads get in the order of their requests: a thread that takes it again and again starves nobody.
+/// A mutex that threads get in the order of their requests: a thread that takes it again and again starves
+/// nobody.
 class FairMutex {
  public:
   void lock() {

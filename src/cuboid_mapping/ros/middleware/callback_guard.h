@@ -17,8 +17,8 @@
 
 namespace cuboid_mapping_ros {
 
-/// Runs callbacks so that no exception leaves them: one that leaves a callback ends the
-/// process, and with it every nodelet of a manager.
+/// Runs callbacks so that no exception leaves them: it would end the process, and with it every nodelet of a
+/// manager.
 ///
 /// A failure is counted and logged, the same one every 10 s at most. Thread-safe.
 class CallbackGuard {
@@ -57,8 +57,8 @@ class CallbackGuard {
 /// Passes callbacks on to another queue, each within a guard: subscriptions, services, connections,
 /// timers and everything else that roscpp calls.
 ///
-/// Every node handle of the package has such a queue: test_callback_guard searches the sources for
-/// others. Thread-safe.
+/// Every node handle of the package has such a queue, which test_callback_guard checks in the sources.
+/// Thread-safe.
 class GuardedQueue : public ros::CallbackQueueInterface {
  public:
   /// @param queue, guard  Must outlive this object and the callbacks in the queue.
@@ -87,7 +87,7 @@ class GuardedThread {
 
   [[nodiscard]] GuardedQueue& queue() { return queue_; }
   void start() { spinner_.start(); }
-  /// Returns when no callback runs any more, and none will.
+  /// Stops the threads; returns when no callback runs any more.
   void stop() { spinner_.stop(); }
 
  private:
@@ -106,7 +106,7 @@ class GuardedLoop {
   void start() {
     thread_ = std::thread([this] { run(); });
   }
-  /// Returns when the work has ended.
+  /// Waits until the work has ended.
   void join() {
     if (thread_.joinable()) thread_.join();
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Callbacks that may be lambdas: services, subscriptions and timers, called from the queue of a node handle, and functions
-// in a queue.
+// Callbacks that may be lambdas: services, subscriptions and timers, called from the queue of a node handle,
+// and functions in a queue.
 #pragma once
 
 #include <ros/callback_queue_interface.h>

@@ -5,7 +5,7 @@ namespace cuboid_mapping {}  // namespace cuboid_mapping
 
 namespace cuboid_mapping_ros {
 
-/// The ROS layer is written in the words of the map: its names need no qualifier, except functions that this layer overloads.
+/// Names of the core need no qualifier in the ROS layer, except functions that this layer overloads.
 using namespace cuboid_mapping;
 
 }  // namespace cuboid_mapping_ros

@@ -13,7 +13,8 @@ namespace cuboid_mapping_ros {
 /// Limits the messages per second, by their stamps: one in each slot of 1 / rate. Replays of a recording
 /// therefore pass the same messages.
 ///
-/// Stamps may jitter by a quarter of a slot: a sensor of exactly this rate loses none if they fall on the border of two.
+/// Stamps may jitter by a quarter of a slot: a sensor of exactly this rate loses none if they fall on the
+/// border of two.
 class RateLimit {
  public:
   /// @param max_rate_hz  >= 0; 0: no limit.
@@ -35,8 +36,9 @@ class RateLimit {
   std::int64_t next_ = 0;  ///< Slot whose message may pass next.
 };
 
-/// Bytes that may be sent. Unused bytes are saved for a second. A message is sent whole as soon as nothing is owed, and
-/// the excess over the savings is owed: in any time t at most `rate` * (t + 1 s) and one message are sent.
+/// Bytes that may be sent. Unused bytes are saved for a second. A message is sent whole as soon as nothing is
+/// owed, and the excess over the savings is owed: in any time t at most `rate` * (t + 1 s) and one message are
+/// sent.
 ///
 /// Times come from any clock that does not jump. Not thread-safe.
 class ByteBudget {

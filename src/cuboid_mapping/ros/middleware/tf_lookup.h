@@ -19,7 +19,8 @@ namespace cuboid_mapping_ros {
 /// A transform, or the reason why there is none.
 struct TfLookup {
   std::optional<Eigen::Isometry3d> T_target_source;
-  /// Error text of tf, with the roots of its tree if the frames are not connected; empty if there is a transform.
+  /// Error text of tf, with the roots of its tree if the frames are not connected; empty if there is a
+  /// transform.
   std::string error;
 };
 
@@ -39,13 +40,14 @@ struct TfLookup {
 [[nodiscard]] MetricBox computeEnclosingBox(const Eigen::Isometry3d& T_target_source,
                                             const MetricBox& box_source);
 
-/// A transform for tf2: frames without the slash of old drivers, and a rotation of length 1, even if it was written with
-/// few digits (length 0.9 to 1.1). Otherwise tf2 would stretch rotated vectors by up to half a percent.
+/// A transform for tf2: frames without the slash of old drivers, and a rotation of length 1, even if it was
+/// written with few digits (length 0.9 to 1.1). Otherwise tf2 would stretch rotated vectors by up to half a
+/// percent.
 [[nodiscard]] geometry_msgs::TransformStamped tidyTransform(
     geometry_msgs::TransformStamped transform);
 
-/// Parses "parent child x y z yaw pitch roll", or "... x y z qx qy qz qw", in metres and radians, the arguments of
-/// static_transform_publisher; nothing for another text.
+/// Parses "parent child x y z yaw pitch roll", or "... x y z qx qy qz qw", in metres and radians, the arguments
+/// of static_transform_publisher; nothing for another text.
 [[nodiscard]] std::optional<geometry_msgs::TransformStamped> parseTransform(
     const std::string& text);
 

@@ -10,9 +10,10 @@
 
 namespace cuboid_mapping_ros {
 
-/// Fills a buffer from /tf and /tf_static. Clears it when the node's time, or all of tf, jumps back by more than kMinJump_s;
-/// the latter if a recording is played again without its clock. tf2_ros::TransformListener clears it at any step back
-/// of the clock, even if two /clock messages overtake each other, and never without a clock.
+/// Fills a buffer from /tf and /tf_static. Clears it when the node's time, or all of tf, jumps back by more
+/// than kMinJump_s; the latter if a recording is played again without its clock. tf2_ros::TransformListener
+/// clears it at any step back of the clock, even if two /clock messages overtake each other, and never without
+/// a clock.
 /// Thread rule: works in the queue of the node handle, which must have one thread.
 class TfReceiver {
  public:

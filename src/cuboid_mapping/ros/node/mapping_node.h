@@ -44,16 +44,18 @@
 
 namespace cuboid_mapping_ros {
 
-/// The node. It receives clouds (messages of any source) and tf, and provides markers, answers to box queries and diagnostics.
+/// The node. It receives clouds (messages of any source) and tf, and provides markers, answers to box queries
+/// and diagnostics.
 ///
 /// Names of topics and services are in names.h, parameters in parameters.h.
 ///
 /// No exception leaves it: every callback comes from a GuardedQueue.
 ///
-/// Thread rule: one thread receives clouds and puts them into the CloudBuffer, another maps them one by one. tf has its
-/// own thread, queries and edits have several, publishing, goals of actions and corrected poses one each. Diagnostics and changes of parameters
-/// come from the queue of the node handles, which must have one thread (a nodelet's getNodeHandle(), or a
-/// node's ros::spin()). The threads share the map, which is guarded, and work_mutex_.
+/// Thread rule: one thread receives clouds and puts them into the CloudBuffer, another maps them one by one. tf
+/// has its own thread; queries and edits have several; publishing, goals of actions and corrected poses have
+/// one each. Diagnostics and changes of parameters come from the queue of the node handles, which must have one
+/// thread (a nodelet's getNodeHandle(), or a node's ros::spin()). The threads share the map, which is guarded,
+/// and work_mutex_.
 class MappingNode {
  public:
   /// @param parameters  Valid, see readParameters().
@@ -116,7 +118,7 @@ class MappingNode {
   GuardedThread tf_thread_;
   GuardedThread query_threads_;
   GuardedThread
-      edit_threads_;  ///< Four, so that ~pause does not wait for a long ~set_box and ~move_map, service and action.
+      edit_threads_;  ///< Several, so that ~pause does not wait for long calls of ~set_box and ~move_map.
   GuardedThread asking_threads_;  ///< Threads that wait for robots.
   GuardedThread action_thread_;   ///< Takes goals and cancels while other threads work.
   GuardedThread publish_thread_;

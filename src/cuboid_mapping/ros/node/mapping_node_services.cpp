@@ -133,7 +133,7 @@ StorageAnswer MappingNode::moveMap(const Eigen::Isometry3d& T_new_old, const ros
         "with map_merge, and start them again";
   }
   if (!answer.error.empty()) return answer;
-  // Steps that may lack memory come first.
+  // Steps that may run out of memory come first.
   Forgetting forgetting = forgetting_.moved(*motion);
   VoidSpace void_space = moving_filter_.voidSpace().moved(*motion);
   answer = moveWholeMap(map_, *motion, makeSnapshotLimits(parameters_), progress);

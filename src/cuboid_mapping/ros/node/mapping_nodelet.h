@@ -12,8 +12,8 @@ namespace cuboid_mapping_ros {
 /// MappingNode as a nodelet.
 class MappingNodelet : public nodelet::Nodelet {
  private:
-  /// An argument is the map_file. @throws std::exception  if the node cannot start, with the reason in the log: the
-  /// manager then does not load the nodelet, and its loader ends.
+  /// An argument is the map_file. @throws std::exception  if the node cannot start, with the reason in the log:
+  /// the manager then does not load the nodelet, and its loader ends.
   void onInit() override;
   void start();
 

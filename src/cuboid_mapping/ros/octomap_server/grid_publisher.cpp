@@ -9,7 +9,7 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-/// Queue of updates: a lost one would leave a subscriber's grid wrong.
+/// Queue of updates: a lost update would leave a subscriber's grid wrong.
 constexpr std::uint32_t kUpdatesQueueSize = 100;
 
 void removeOne(std::multiset<std::string>& names, const std::string& name) {

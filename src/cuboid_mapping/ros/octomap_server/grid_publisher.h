@@ -15,15 +15,15 @@
 
 namespace cuboid_mapping_ros {
 
-/// Smallest rectangle of a grid with all cells that differ from an older one; without data if none
-/// differs. Nothing if size, origin or frame of the grids differ: an update cannot express that.
+/// Update with the smallest rectangle of a grid that has all cells that differ from an older one; without data
+/// if none differs. Nothing if size, origin or frame of the grids differ: an update cannot express that.
 [[nodiscard]] std::optional<map_msgs::OccupancyGridUpdate> findGridUpdate(
     const nav_msgs::OccupancyGrid& older, const nav_msgs::OccupancyGrid& grid);
 
 /// Publishes a grid, whole or as updates, in the form of the static layer of costmap_2d.
 ///
-/// The whole grid is sent when its size, origin or frame changes, to a new connection, as a keyframe, and at each change
-/// while a node subscribes to it without updates. Nothing is built without subscribers.
+/// The whole grid is sent when its size, origin or frame changes, to a new connection, as a keyframe, and at
+/// each change while a node subscribes to it without updates. Nothing is built without subscribers.
 /// Thread rule: all calls, and the queue of the node handle, belong to one thread.
 class GridPublisher {
  public:

@@ -37,8 +37,8 @@ struct ShownLeaves {
   double num_left_out = 0.0;  ///< Voxels too far from the rest for one octree.
 };
 
-/// Leaves of one class that share a height with [occupancy_min_z, occupancy_max_z]; leaves that reach beyond are
-/// divided. The octree lies around the map if the map is not around the origin.
+/// Leaves of one class that share a height with [occupancy_min_z, occupancy_max_z]; leaves that reach beyond
+/// are divided. The octree lies around the map if the map is not around the origin.
 /// @param kind  kBinary: leaves have one class; kFull: one log-odds, as in octomap_server.
 [[nodiscard]] ShownLeaves computeShownLeaves(const MapSnapshot& map, ShownCells cells,
                                              const OctomapServerParameters& parameters,
@@ -47,9 +47,10 @@ struct ShownLeaves {
 /// Messages of occupied_cells_vis_array and free_cells_vis_array: 17 markers, one for each depth from 0 to 16,
 /// which is their id; a CUBE_LIST, or DELETE if there is no leaf of that size.
 ///
-/// Far from the origin the poses of the markers carry a multiple of 1024 m, see farAnchor(). Colours: `color` or `color_free`; with height_map, occupied cells by the height of their centre
-/// between the lowest and the highest known face: red at the top, from there
-/// `color_factor` of the circle of hues downwards, as in octomap_server.
+/// Far from the origin the poses of the markers carry a multiple of 1024 m, see farAnchor(). Colours: `color`
+/// or `color_free`; with height_map, occupied cells by the height of their centre between the lowest and the
+/// highest known face: red at the top, then downwards along `color_factor` of the circle of hues, as in
+/// octomap_server.
 /// @param num_left_out  Gets the number from ShownLeaves.
 [[nodiscard]] visualization_msgs::MarkerArray toCellMarkers(
     const MapSnapshot& map, ShownCells cells, const OctomapServerParameters& parameters,

@@ -25,7 +25,8 @@ namespace cuboid_mapping_ros {
 
 /// Answers ~clear_bbx: known voxels that a box overlaps become free, with the least probability of the sensor
 /// model; unknown ones stay unknown, and nothing outside the box changes.
-/// @return Reason of refusal: a corner that is not finite, max below min, beyond the grid, see loadPages(); else empty.
+/// @return Reason of refusal: a corner that is not finite, max below min, beyond the grid, see loadPages();
+///          else empty.
 [[nodiscard]] std::string clearBox(GuardedMap& map, const MetricBox& box_map,
                                    const ServiceLimits& limits = {});
 
@@ -35,7 +36,8 @@ struct MapView {
   std_msgs::Header header;
 };
 
-/// The whole map, for the services octomap_binary and octomap_full: an octree cannot mark parts as missing.
+/// A copy of the whole map, for the services octomap_binary and octomap_full: an octree cannot mark parts as
+/// missing.
 ///
 /// The part on disk is only read into the copy, and stays on disk. The map is held meanwhile.
 /// @throws std::runtime_error  if parts are on disk only, and `outside` is kRefuse, or they exceed the limits,
@@ -47,9 +49,9 @@ struct MapView {
 ///
 /// With a window, topics show the part in memory; octrees of the services are whole, or the call is refused.
 ///
-/// A topic is built after a change, only while it has subscribers, and again after a failure; with `latch` a new
-/// subscriber gets it on connection, unless the map is empty. publish() makes all messages from one copy of the map's voxels, or two with
-/// filter_speckles; the map is held for some milliseconds to copy it.
+/// A topic's message is built after a change, if it has subscribers, and again after a failure; with `latch` a
+/// new subscriber gets it on connection, unless the map is empty. publish() makes all messages from one copy of
+/// the map's voxels, or two with filter_speckles; the map is locked for some milliseconds to copy it.
 ///
 /// Thread rule: noteChanges(), publish() and the topics' callbacks belong to one queue; the
 /// services have a queue of their own.
@@ -94,7 +96,8 @@ class OctomapServerInterface {
   void takePendingParameters();
   void setAllDue();
   [[nodiscard]] bool hasContent() const;
-  /// Stamp of a message: the last cloud's, or, as in octomap_server, the time of a later edit or of a loaded file.
+  /// Stamp of a message: the last cloud's, or, as in octomap_server, the time of a later edit or of a loaded
+  /// file.
   [[nodiscard]] ros::Time stampOf(const ros::Time& cloud) const;
 
   /// Current map, for all messages until views_ is cleared.

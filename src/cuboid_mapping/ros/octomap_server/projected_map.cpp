@@ -76,7 +76,7 @@ void layOut(const CellBox& extent, double resolution_m, nav_msgs::OccupancyGrid&
 void ProjectedMap::noteChanges(const ChangeSet& changes) {
   if (changes.is_everything) release();
   if (is_everything_dirty_) return;
-  // Voxels beside a change may have become speckles, or ceased to be.
+  // Voxels beside a change may have become speckles, or stopped being speckles.
   for (const ChangedBrick& changed : changes.bricks) {
     if (!changed.has_new_cuboids) continue;
     visitTiles(brickBox(changed.brick), 1, [this](const Cell& tile) { dirty_.insert(tile); });

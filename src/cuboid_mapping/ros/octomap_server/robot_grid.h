@@ -19,8 +19,9 @@ namespace cuboid_mapping_ros {
 /// Grid of a band of heights around a robot, seen from above: 100 if any voxel in it is occupied, else 0 if
 /// any is free, else -1.
 ///
-/// The grid is a square along the axes of the map, at least `size` wide, and starts at a multiple of 8 voxels: it moves in
-/// steps, and the robot is at most 4 voxels from its centre. Empty if it would leave the map's range.
+/// The grid is a square along the axes of the map, at least `size` wide, and starts at a multiple of 8 voxels:
+/// it moves in steps, and the robot is at most 4 voxels from its centre. Empty if it would leave the map's
+/// range.
 /// @param robot_map  Origin of the robot's frame. @complexity O(bricks of the band).
 [[nodiscard]] nav_msgs::OccupancyGrid makeRobotGrid(const CuboidMap& map,
                                                     const RobotGridParameters& parameters,

@@ -20,7 +20,8 @@ struct ParameterDeclaration {
   std::string help;
 };
 
-/// Parts of parameterTable(). declareSources() has the first parameters of SourceParameters, and the list of sources.
+/// Parts of parameterTable(). declareSources() has the first parameters of SourceParameters, and the list of
+/// sources.
 ///@{
 [[nodiscard]] std::vector<ParameterDeclaration> declareOctomapServer();
 [[nodiscard]] std::vector<ParameterDeclaration> declareSources();
@@ -36,7 +37,7 @@ struct ParameterDeclaration {
 /// Errors of the window's parameters: missing ones, and conflicts with other parameters.
 [[nodiscard]] std::vector<ParameterError> checkWindow(const NodeParameters& parameters);
 
-/// Keys of earlier versions: why they were removed, and what to do.
+/// Keys of earlier versions, with the reason of their removal and the cure.
 [[nodiscard]] const std::map<std::string, std::string>& retiredParameters();
 
 /// All parameters; keys with the same part before the slash are neighbours.
@@ -45,7 +46,7 @@ struct ParameterDeclaration {
 /// Whether octomap_server has a parameter of this name.
 [[nodiscard]] bool isOfOctomapServer(const std::string& key);
 
-/// Names that only octomap_server has, and why this node does not need them.
+/// Names that only octomap_server has, with the reason why this node does not need them.
 [[nodiscard]] const std::map<std::string, std::string>& octomapServerOnly();
 
 /// A short decimal number that reads back as `value` and is a floating point number in
@@ -66,7 +67,8 @@ struct ParameterDeclaration {
 /// A value as YAML, shortened to one line.
 [[nodiscard]] std::string describe(XmlRpc::XmlRpcValue value);
 
-/// Text such as "is 3, but there is no such parameter: did you mean x?". @param no_such  Such as "there is no such".
+/// Text such as "is 3, but there is no such parameter: did you mean x?". @param no_such  Such as "there is no
+/// such".
 [[nodiscard]] std::string describeUnknown(const std::string& key, const XmlRpc::XmlRpcValue& value,
                                           const std::string& no_such,
                                           const std::vector<std::string>& known_keys);

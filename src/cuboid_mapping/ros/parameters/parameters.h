@@ -292,7 +292,8 @@ struct LoadedParameters {
 ///     index and its name;
 ///   - a group unlike any of the node's is taken for that of another node below this node's name,
 ///     and gives a warning;
-///   - other unknown keys are errors, or warnings with ignore_unknown. The text names the nearest known key.
+///   - other unknown keys are errors, or warnings with ignore_unknown. The text names the most similar known
+///     key.
 ///
 /// @param private_namespace  A struct, nested for keys with a slash. Not set, or an empty string
 ///                           (which `nodelet load` leaves when there is no parameter): all

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Parameters that can be changed while the node runs: pure functions, which make the messages of dynamic_reconfigure from
-// the one table of parameters, and the server.
+// Parameters that can be changed while the node runs: pure functions, which make the messages of
+// dynamic_reconfigure from the one table of parameters, and the server.
 #pragma once
 
 #include "cuboid_mapping/ros/middleware/callback_guard.h"
@@ -46,10 +46,11 @@ namespace cuboid_mapping_ros {
 /// The server side of dynamic_reconfigure: ~set_parameters, ~parameter_descriptions and
 /// ~parameter_updates, for rqt_reconfigure, dynparam and the client libraries.
 ///
-/// This is own code because dynamic_reconfigure::Server clamps bad values instead of refusing the request, leaves names without
-/// slashes on the parameter server, waits for a master that is gone, and needs each parameter declared again.
-/// Thread rule: the service is answered on the queue of the node handle. The master, which may be gone,
-/// gets the new values in a thread of its own.
+/// This is own code because dynamic_reconfigure::Server clamps bad values instead of refusing the request,
+/// leaves names without slashes on the parameter server, waits for a master that is gone, and needs each
+/// parameter declared again.
+/// Thread rule: the service is answered on the queue of the node handle. The master, which may be gone, gets
+/// the new values in a thread of its own.
 class ReconfigureServer {
  public:
   /// @param apply  Called with all parameters after each request that has changed some.

@@ -13,11 +13,12 @@
 
 namespace cuboid_mapping_ros {
 
-/// A topic that ROS latches: a subscriber keeps the last message for others in its process, and recorders mark the
-/// topic as latched. A new connection gets the messages that `on_connect` sends.
+/// A topic that ROS latches: a subscriber keeps the last message for others in its process, and recorders mark
+/// the topic as latched. A new connection gets the messages that `on_connect` sends.
 ///
-/// roscpp would send a new connection the last message of its publisher, which is outdated after a time without
-/// subscribers, when nothing is built. So the latching publisher never publishes; a second one of the topic does.
+/// roscpp would send a new connection the last message of its publisher. That is outdated after a time without
+/// subscribers, when nothing is built. Therefore the latching publisher never publishes; a second publisher of
+/// the topic does.
 template <typename MessageT>
 class LatchedTopic {
  public:

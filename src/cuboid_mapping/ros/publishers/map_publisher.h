@@ -27,11 +27,12 @@ namespace cuboid_mapping_ros {
 
 /// The topic cuboid_map and the service ~get_map: whole maps, in parts that fit into messages.
 ///
-/// A new connection gets the first part of the map, and asks the service for the others. Keyframes send all parts to
-/// all subscribers, one after the other: after changes, a period apart, and for at most 5 % of the time.
-/// An image is kept for all clients that ask at about the same time, until updates go beyond it, and while a client fetches
-/// its parts: at most kKept images, each until no client has asked for kKeptFor_s.
-/// Thread rule: it has its own thread, so that neither publishing nor queries wait for an image. Calls are thread-safe.
+/// A new connection gets the first part of the map, and asks the service for the others. Keyframes send all
+/// parts to all subscribers, one after the other: after changes, a period apart, and for at most 5 % of the
+/// time. An image is kept for clients that ask at about the same time, until updates go beyond it, and while a
+/// client fetches its parts: at most kKept images, each for kKeptFor_s after the last call.
+/// Thread rule: it has its own thread, so that neither publishing nor queries wait for an image. Calls are
+/// thread-safe.
 class MapImageServer {
  public:
   using Make = std::function<ImageMessage(MapDetail)>;
@@ -46,7 +47,8 @@ class MapImageServer {
     double keyframe_period_s = 0.0;          ///< Period of keyframes; 0: none.
   };
 
-  /// @param nh, private_nh  Namespaces of the topic, and of the service. @param make  Makes an image of the current map.
+  /// @param nh, private_nh  Namespaces of the topic, and of the service. @param make  Makes an image of the
+  ///                        current map.
   /// @param note  Returns a note on the map for callers of ~get_map; empty: none.
   MapImageServer(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh, CallbackGuard& guard,
                  const Options& options, Make make, Note note);
@@ -98,8 +100,8 @@ class MapImageServer {
 /// The topics cuboid_map and cuboid_map_updates, and the service ~get_map.
 ///
 /// A subscriber of cuboid_map gets the map when it connects, again when the map was
-/// replaced as a whole, and as keyframes; see MapImageServer. Updates have the changes since the previous one; see
-/// msg/CuboidMapUpdate.msg. Nothing is built without subscribers.
+/// replaced as a whole, and as keyframes; see MapImageServer. Updates have the changes since the previous one;
+/// see msg/CuboidMapUpdate.msg. Nothing is built without subscribers.
 /// Thread rule: all calls one after the other. Images have a thread of their own.
 class MapPublisher {
  public:
@@ -109,10 +111,9 @@ class MapPublisher {
   MapPublisher(const MapPublisher&) = delete;
   MapPublisher& operator=(const MapPublisher&) = delete;
 
-  /// Puts waiting cuboids into the R-tree, and publishes the changes since the last call; without any, an
-  /// empty message.
-  /// @return The changes, for other publishers. If it throws, the next call tells the subscribers to
-  /// fetch the map again.
+  /// Publishes the changes since the last call; without any, an empty message.
+  /// @return The changes, for other publishers. If it throws, the next call tells the subscribers to fetch the
+  ///          map again.
   ChangeSet publish();
 
  private:

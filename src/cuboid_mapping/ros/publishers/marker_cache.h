@@ -39,10 +39,11 @@ struct MarkerStyle {
 ///
 /// A listener that applies every array that update() returns, in order, by (ns, id), has the same
 /// markers as makePicture(): ADD stands for the whole list of a size, DELETE for a size of which
-/// there is none any more. A cuboid longer than 8 voxels on an axis is cut at the multiples of 8 on that axis, so that
-/// there are never more than 512 markers: viewers become slow with many markers, not with many cubes. A joined one is
-/// cut only where a multiple of 8 voxels from its lower end is left: its pieces are 1 to 8, 16, 24 and so on to 64
-/// voxels long.
+/// there is none any more. A cuboid longer than 8 voxels on an axis is cut at the multiples of 8 on that axis,
+/// so that there are at most 512 markers: viewers become slow with many markers, not with many cubes. A joined
+/// cuboid is cut into a piece of a multiple of 8 voxels from its lower end and the rest: its pieces are 1 to 8,
+/// 16, 24 and so on to 64 voxels long, in at most kNumSizes markers.
+///
 /// Far from the origin the poses of the markers carry a multiple of 1024 m, and their points the rest.
 ///
 /// The space is divided into chunks of 64 x 64 x 64 voxels; a cuboid belongs to the chunk of its

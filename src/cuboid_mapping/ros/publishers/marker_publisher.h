@@ -27,14 +27,16 @@ struct MarkerTopic {
 
 /// A topic of markers (visualization_msgs/MarkerArray) that carries differences, see MarkerCache.
 ///
-/// A new connection gets the whole picture, alone. All subscribers get it as a keyframe: a period apart while differences are
-/// sent, and once after the last one. So a subscriber catches up that was more than kQueueSize messages behind, or
-/// that has only the message latched by ROS. Without subscribers nothing is built or kept.
-/// The map is held while cuboids are read from it, not while messages are made.
-/// Thread rule: all calls except setColors(), and the callbacks of the node handle's queue, one after the other.
+/// A new connection gets the whole picture, alone. All subscribers get it as a keyframe: a period apart while
+/// differences are sent, and once after the last one. A keyframe repairs the picture of a subscriber that was
+/// more than kQueueSize messages behind, or has only the message latched by ROS. Without subscribers nothing is
+/// built or kept. The map is locked while cuboids are read from it, not while messages are made.
+/// Thread rule: all calls except setColors(), and the callbacks of the node handle's queue, one after the
+/// other.
 class MarkerPublisher {
  public:
-  /// Queue of messages: each may be as large as the picture, and waits in memory for a subscriber that has stopped.
+  /// Queue of messages: each may be as large as the picture, and waits in memory for a subscriber that has
+  /// stopped.
   static constexpr std::uint32_t kQueueSize = 4;
 
   /// @param map  Must outlive this object.

@@ -26,9 +26,9 @@
 
 namespace cuboid_mapping_ros {
 
-// Each function fills in the answer of one service, except `info`; srv/ has their contracts. They read the map after the last
-// cloud; during a long answer clouds may come in. They keep within the limits of the MapInFrame, and throw
-// a Refusal, or std::bad_alloc. Complexities are those of the functions of query/, for each entry.
+// Each function fills in the answer of one service, except `info`; srv/ documents the answers. They read the
+// current map; clouds may come in during a long answer. They keep within the limits of the MapInFrame, and
+// throw a Refusal or std::bad_alloc. Complexities are those of the functions of query/, for each entry.
 ///@{
 void answer(ServiceCall& call, const QueryBox::Request& request, QueryBox::Response& response);
 void answer(ServiceCall& call, const CheckBoxes::Request& request, CheckBoxes::Response& response);

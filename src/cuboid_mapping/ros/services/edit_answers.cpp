@@ -49,8 +49,8 @@ float toLogOdds(const SensorModel& model, const SetRequest& request) {
 /// Bricks of a box that are set at a time, with exclusive access: some milliseconds.
 constexpr double kBricksATurn = 4096.0;
 
-/// Divides a box into parts with a maximum number of bricks, cut at their borders: slabs along z, rows along y, and
-/// pieces along x.
+/// Divides a box into parts with a maximum number of bricks, cut at their borders: slabs along z, rows along y,
+/// and pieces along x.
 std::vector<CellBox> divide(const CellBox& box) {
   std::vector<CellBox> parts{box};
   for (int axis = 2; axis >= 0; --axis) {

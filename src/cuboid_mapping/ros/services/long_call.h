@@ -35,7 +35,8 @@ ToT sameFields(const FromT& from) {
   return to;
 }
 
-/// A long call: a service, and an action of the same name and fields, which reports its progress and can be cancelled.
+/// A long call: a service, and an action of the same name and fields, which reports its progress and can be
+/// cancelled.
 ///
 /// Both do the same work, from one queue. As in every SimpleActionServer, a new goal cancels the previous one.
 template <typename ServiceT, typename ActionT>

@@ -145,7 +145,7 @@ void MapFilesService::keepEarlier() {
   try {
     keepEarlierSaves(autosave_file_, num_earlier_);
     is_earlier_kept_ = true;
-  } catch (const std::exception& exception) {  // The newest map matters more than earlier ones.
+  } catch (const std::exception& exception) {  // Goes on: the newest map matters more.
     ROS_ERROR_STREAM_NAMED(kNodeName,
                            "cannot keep the previous save (autosave_keep): " << exception.what());
   }

@@ -23,14 +23,15 @@
 
 namespace cuboid_mapping_ros {
 
-/// ~save_map, ~load_map, as services and actions, and the saves to autosave_file and of the window to its store: after each period with
-/// changes, and at the end of the node.
+/// ~save_map and ~load_map, as services and actions; and saves to autosave_file, and of the window to its
+/// store, after each period with changes and at the end of the node.
 ///
 /// Thread rule: all work runs one after the other in its own thread, so that neither clouds
 /// nor queries wait for a disk.
 class MapFilesService {
  public:
-  /// @param private_nh  Its queue takes goals and cancels of actions. @param map, guard  Must outlive this object.
+  /// @param private_nh  Its queue takes goals and cancels of actions. @param map, guard  Must outlive this
+  ///                    object.
   MapFilesService(const ros::NodeHandle& private_nh, const NodeParameters& parameters,
                   GuardedMap& map, CallbackGuard& guard);
   ~MapFilesService();

@@ -24,13 +24,14 @@ namespace cuboid_mapping_ros {
 [[nodiscard]] std::unique_ptr<KeptHistory> makeHistory(const NodeParameters& parameters,
                                                        GuardedMap& map);
 
-/// ~correct_poses, as service and action, and the topic corrected_path: the map is rebuilt with corrected poses, and exchanged.
+/// ~correct_poses, as service and action, and the topic corrected_path: rebuilds the map with corrected poses.
 ///
-/// Thread rule: one correction after the other, in its own thread; clouds, queries and edits go on beside it. Of the paths
-/// that arrive meanwhile, the last one counts.
+/// Thread rule: one correction after the other, in its own thread; clouds, queries and edits go on beside it.
+/// Of the paths that arrive meanwhile, the last one counts.
 class PoseCorrections {
  public:
-  /// @param private_nh  Takes goals and cancels: see LongCall. @param map, guard  Must outlive this object; the map has a history. @param done  Called after each correction.
+  /// @param private_nh  Takes goals and cancels: see LongCall. @param map, guard  Must outlive this object; the
+  ///                    map has a history. @param done  Called after each correction.
   PoseCorrections(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh,
                   const NodeParameters& parameters, GuardedMap& map, CallbackGuard& guard,
                   std::function<void()> done);

@@ -17,7 +17,8 @@ namespace {
 
 using cuboid_mapping::toText;
 
-/// Wait for tf: requests have the stamp of now or of a sensor, which tf reaches some milliseconds later.
+/// Maximum wait for tf: requests have the current time or the stamp of a sensor, which tf reaches some
+/// milliseconds later.
 constexpr std::chrono::milliseconds kTfPatience(200);
 constexpr std::chrono::milliseconds kTfPeriod(5);
 

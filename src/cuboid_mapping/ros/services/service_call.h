@@ -60,8 +60,8 @@ struct MapInFrame {
 
 /// A service call: reads the request, and accesses the map within the limits.
 ///
-/// Reading functions check a value and transform it to the frame of the map. They throw a Refusal, whose text names the
-/// field and says what to do. While the call lives, all parts of the map stay in memory.
+/// Reading functions check a value and transform it to the frame of the map. They throw a Refusal, whose text
+/// names the field and says what to do. While the call lives, no page of the map is evicted.
 class ServiceCall {
  public:
   /// Looks up the frame of the request. If its stamp is ahead of tf, waits for at most 0.2 s of wall time.
@@ -78,7 +78,8 @@ class ServiceCall {
   /// A finite point.
   [[nodiscard]] Eigen::Vector3d point(const geometry_msgs::Point& point,
                                       const FieldName& field) const;
-  /// A finite pose, in the frame of the request. Its quaternion has length 1 within 1 %; all zeros mean no rotation.
+  /// A finite pose, in the frame of the request. Its quaternion has length 1 within 1 %; all zeros mean no
+  /// rotation.
   [[nodiscard]] static Eigen::Isometry3d localPose(const geometry_msgs::Pose& pose,
                                                    const FieldName& field);
   /// As above, transformed to the frame of the map.
@@ -94,7 +95,8 @@ class ServiceCall {
                                           const FieldName& field) const;
   /// Edges, finite and > 0, in the frame of the request.
   [[nodiscard]] static Eigen::Vector3d edges(const geometry_msgs::Vector3& size);
-  /// Edges, > 0, of the smallest box along the map's axes that contains a box with these edges and inflation on all sides.
+  /// Edges, > 0, of the smallest box along the map's axes that contains a box with these edges and inflation on
+  /// all sides.
   [[nodiscard]] Eigen::Vector3d size(const geometry_msgs::Vector3& size, double inflation_m);
   /// A box with min < max, inflated, as the voxels that it overlaps.
   [[nodiscard]] CellBox box(const Box& box, double inflation_m, const FieldName& field);
@@ -133,7 +135,8 @@ class ServiceCall {
 
   /// Answers the entries of a request, one after the other, within the limits. The answers of remaining entries
   /// stay as they are.
-  /// @param answer  (const CuboidMap&, std::size_t entry, Budget&): fills in the answer, unless the budget is spent.
+  /// @param answer  (const CuboidMap&, std::size_t entry, Budget&): fills in the answer, unless the budget is
+  ///                spent.
   template <typename AnswerT>
   void readEach(const Entries& entries, std::size_t num_entries, const AnswerT& answer) {
     read(entries.answer_bytes, [&](const CuboidMap& content, Budget& budget) {
@@ -184,8 +187,8 @@ class ServiceCall {
 [[nodiscard]] std::string loadPages(GuardedMap& map, const CellBox& box,
                                     const ServiceLimits& limits, std::size_t& num_pages);
 
-/// The transform of a request. A quaternion with few digits is scaled to length 1; all zeros mean no rotation; others stay
-/// invalid, for other functions to refuse.
+/// The transform of a request. A quaternion with few digits is scaled to length 1; all zeros mean no rotation;
+/// others stay invalid, for other functions to refuse.
 [[nodiscard]] Eigen::Isometry3d toIsometry(geometry_msgs::Transform transform);
 
 /// Status of an answer, with the map's stamp, frame and revision; `error` is empty, or the reason of refusal.
