@@ -45,7 +45,8 @@ class Lidar {
   /// @pre checkLidarConfig(config) finds no error.
   explicit Lidar(const LidarConfig& config);
   /// A sensor with other beams, such as a camera: its cloud has their order.
-  /// @param directions  Directions in the sensor frame, of length 1; rings * columns of them. Elevations are ignored.
+  /// @param directions  Directions in the sensor frame, of length 1; rings * columns of them. Elevations are
+  ///                    ignored.
   Lidar(const LidarConfig& config, std::vector<Eigen::Vector3d> directions);
 
   /// Points of one turn of the lidar.

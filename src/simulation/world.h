@@ -27,7 +27,7 @@ enum class SolidKind {
   kWalker,  ///< The person.
 };
 
-/// What the door does.
+/// Motion of the door.
 enum class DoorMotion {
   kMoves,   ///< It opens and closes.
   kOpen,    ///< It stays open.

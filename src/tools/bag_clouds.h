@@ -35,14 +35,15 @@ struct BagOptions {
   std::vector<std::string> settings;
 };
 
-/// As CommandLine::parse(). Without --output, the map gets the name of the first input, and lies in the working folder.
+/// As CommandLine::parse(). Without --output, the map gets the name of the first input, and lies in the working
+/// folder.
 [[nodiscard]] std::optional<int> parseBagOptions(cuboid_mapping::CommandLine& line, int argc,
                                                  char** argv, BagOptions& options);
 
 /// The format of the output. @throws std::runtime_error if it cannot be written.
 [[nodiscard]] cuboid_mapping::MapFormat checkOutput(const BagOptions& options);
 
-/// Clouds that are walked: number `first`, `first` + `step`, ..., but none before `begin`, a multiple of `step`.
+/// The clouds of a process: numbers `first`, `first` + `step`, ..., from `begin` on, a multiple of `step`.
 struct CloudShare {
   std::uint64_t first = 0;
   std::uint64_t step = 1;
@@ -55,9 +56,9 @@ struct LeftOutClouds {
   std::array<std::string, kNumDropReasons> first_texts;
 };
 
-/// The clouds of bags (messages of any source), in the order in which the node puts them into the map, and their
-/// observations; or those of scan folders, as scans_to_bag would write them to a bag, in the map's frame. Errors,
-/// warnings and advice go to stderr, after the name of the program.
+/// The clouds of bags (messages of any source), in the order in which the node maps them, and their
+/// observations; or the clouds of scan folders, as scans_to_bag would write them to a bag, in the map's frame.
+/// Errors, warnings and advice go to stderr, after the name of the program.
 class BagClouds {
  public:
   /// Stamp of a cloud, number of its source, and place of the robot.
@@ -73,7 +74,8 @@ class BagClouds {
   /// and parameters and options that scan folders cannot have.
   BagClouds(std::string program, const BagOptions& options);
 
-  /// Parameters of the options, with topics of the bags as sources. Number of threads: the parameter, unless set.
+  /// Parameters of the options, with topics of the bags as sources. Number of threads: the parameter, unless
+  /// set.
   ///@{
   [[nodiscard]] const NodeParameters& parameters() const { return parameters_; }
   void setThreads(int threads);

@@ -85,8 +85,8 @@ void BagFiles::noteFailure(const BagMessage& message, const std::string& error) 
   file.has_failed = true;
 }
 
-/// Makes a bag forget a chunk that it failed to decompress: its buffer is overwritten, but would still be read. Reading other
-/// chunks helps: the first chunk last, since it is not read later.
+/// Makes a bag forget a chunk that it failed to decompress: rosbag keeps the overwritten buffer as the last
+/// chunk. Reading another chunk replaces it; the first chunk of the bag comes last, since it is not read again.
 void BagFiles::refresh(File& file) {
   if (file.ends.empty()) {
     rosbag::View view(*file.bag);
@@ -99,7 +99,7 @@ void BagFiles::refresh(File& file) {
   for (auto end = file.ends.rbegin(); end != file.ends.rend(); ++end) {
     try {
       (void)end->size();
-    } catch (const std::exception&) {  // It is damaged, too.
+    } catch (const std::exception&) {  // This chunk is damaged, too.
     }
   }
 }

@@ -33,7 +33,7 @@ BagOutput::~BagOutput() {
   try {
     bag_->close();
   } catch (const rosbag::BagException&) {
-    // Its destructor would close the bag again, throw again, and end the program.
+    // The destructor of the bag would close it again, throw again, and end the program.
     [[maybe_unused]] const rosbag::Bag* const given_up = bag_.release();
   }
   std::error_code ignored;

@@ -20,12 +20,14 @@ struct BagPoses {
   std::string note;           ///< A line that names the source.
 };
 
-/// The poses of a file (readPoseFile()), or of a topic of the bags: the last nav_msgs/Path, or all nav_msgs/Odometry or
-/// geometry_msgs/PoseStamped. @throws std::runtime_error  naming the error, and the available topics.
+/// The poses of a file (readPoseFile()), or of a topic of the bags: the last nav_msgs/Path, or all
+/// nav_msgs/Odometry or geometry_msgs/PoseStamped. @throws std::runtime_error  naming the error, and the
+/// available topics.
 [[nodiscard]] BagPoses readBagPoses(BagFiles& bags, const BagTopics& topics,
                                     const std::string& file_or_topic);
 
-/// As lookupPoses(), with the poses of a body: tf has the sensors' poses on it. Nothing outside the poses, as for tf.
+/// As lookupPoses(), with the poses of a body: tf has the sensors' poses on it. Nothing outside the poses, as
+/// for tf.
 /// @param body_frame_id  Empty: the cloud's frame.
 [[nodiscard]] std::optional<CloudPoses> lookupPosesOn(const cuboid_mapping::PoseTrack& track,
                                                       const std::string& body_frame_id,

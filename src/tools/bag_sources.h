@@ -13,8 +13,8 @@
 
 namespace cuboid_mapping_ros {
 
-/// The messages of sources in rosbags, in the order in which the node puts them into the map: those of one source
-/// as recorded, of several by (stamp, source). Messages beyond max_rate, and depth images without
+/// The messages of sources in rosbags, in the order in which the node puts them into the map: those of one
+/// source as recorded, of several by (stamp, source). Messages beyond max_rate, and depth images without
 /// camera_info, are left out.
 class BagMessages {
  public:

@@ -48,11 +48,11 @@ struct ChosenSources {
 /// Cases:
 ///   - a list of sources: these, each of which must be in the bags;
 ///   - given topics: each is a source of its type, with the same parameters;
-///   - no topics: all clouds that are not in the frame of the map, else all planar scans, else all depth images with
-///     camera_info; with `is_type_set`, all of the parameters' type.
+///   - no topics: all clouds that are not in the frame of the map, else all planar scans, else all depth images
+///     with camera_info; with `is_type_set`, all of the parameters' type.
 ///
-/// @throws std::runtime_error  if a given topic is missing or has another type, or no topic is left; the text lists
-///                             the topics, and says what to do.
+/// @throws std::runtime_error  if a given topic is missing or has another type, or no topic is left; the text
+///                             lists the topics, and says what to do.
 [[nodiscard]] ChosenSources chooseSources(const BagTopics& topics, const NodeParameters& parameters,
                                           bool is_type_set, const std::vector<std::string>& wanted);
 

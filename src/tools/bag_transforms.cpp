@@ -38,7 +38,7 @@ class TfLog : public console_bridge::OutputHandler {
 
   void log(const std::string& text, console_bridge::LogLevel level, const char* /*file*/,
            int /*line*/) override {
-    if (level < console_bridge::CONSOLE_BRIDGE_LOG_WARN) return;  // From rosbag, for each message.
+    if (level < console_bridge::CONSOLE_BRIDGE_LOG_WARN) return;  // rosbag logs every message.
     auto& [count, first] = kinds_[text.substr(0, text.find(' '))];
     if (count++ == 0) first = text;
   }

@@ -16,14 +16,15 @@
 
 namespace cuboid_mapping_ros {
 
-/// The transforms of some bags. Transforms of /tf are all known at any time; those of /tf_static hold from the time of
-/// recording until the next one of the same frame, as in a node; before the first one, the first holds.
+/// The transforms of some bags. Transforms of /tf are all known at any time; those of /tf_static hold from the
+/// time of recording until the next one of the same frame, as in a node; before the first one, the first holds.
 class BagTransforms {
  public:
   /// No transforms.
   BagTransforms() = default;
 
-  /// Reads all transforms. @param topic  The topic of /tf, or its namespace, such as "/robot1"; empty: /tf, or the only other one.
+  /// Reads all transforms. @param topic  The topic of /tf, or its namespace, such as "/robot1"; empty: /tf, or
+  /// the only other one.
   /// @param added  Static transforms for parseTransform(). @throws std::runtime_error for an invalid one.
   void read(BagFiles& bags, const BagTopics& topics, const std::string& topic,
             const std::vector<std::string>& added);

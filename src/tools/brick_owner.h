@@ -21,17 +21,18 @@ struct CpuTimes {
 
 /// One rank's part of a map that is divided among ranks, and its messages to the others.
 ///
-/// Each group of 4 x 4 x 4 bricks has an owner, by a hash of its place, so that each cloud is divided about equally
-/// among all owners, wherever the sensor drives. Clouds are walked in rounds: rank r has clouds r, r +
-/// size, ... of a round. At its end the updates of the clouds go to the owners; each receives them at the end of the next
-/// round, so that no rank waits for one that is a little slower, and applies them in the order of the clouds. The voxels are
-/// those of one map with all clouds.
+/// Each group of 4 x 4 x 4 bricks has an owner, by a hash of its place, so that each cloud is divided about
+/// equally among all owners, wherever the sensor drives. Ranks walk clouds in rounds: rank r walks clouds r, r
+/// + size, ... of a round. At the end of a round the updates of the clouds are sent to the owners. Each owner
+/// receives them at the end of the next round, so that no rank waits for one that is a little slower, and
+/// applies them in the order of the clouds. The voxels are those of one map with all clouds.
 class BrickOwner {
  public:
   /// Number of clouds of a rank in a round. A large number evens out slow clouds.
   static constexpr std::size_t kCloudsOfRound = 4;
 
-  /// @param ranks  Must outlive this object. @param models  Sensor model of each source. @param threads  See VoxelStore::Work.
+  /// @param ranks  Must outlive this object. @param models  Sensor model of each source. @param threads  See
+  ///               VoxelStore::Work.
   BrickOwner(const MpiRanks& ranks, std::vector<cuboid_mapping::SensorModel> models, int threads);
 
   /// Adds the update of the rank's next cloud. @param update  Null: the cloud changes nothing.

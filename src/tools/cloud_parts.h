@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Observations of one rank's bricks, as bytes for that rank. Written and read many times as fast as
-// toBytes() of io/scan_update_codec.h, and twice as long: between ranks, time matters more.
+// Observations of one rank's bricks, as bytes for that rank. Many times as fast as toBytes() of
+// io/scan_update_codec.h, with twice as many bytes: between ranks, time matters more.
 #pragma once
 
 #include "cuboid_mapping/scan/brick_update.h"
@@ -15,9 +15,9 @@ namespace cuboid_mapping_ros {
 
 /// Writes parts of clouds, one after the other. The memory is reused.
 ///
-/// A part is its source and the number of its bricks, 4 bytes each; then for each brick a byte, 1 if it is grazed; its
-/// difference to the previous brick, three varints; and for hits, misses and, if there are any, grazes: two
-/// bits for each slice, for empty (0), full (1) or stored (2), and the stored slices.
+/// A part is its source and the number of its bricks, 4 bytes each; then for each brick a byte, 1 if it is
+/// grazed; its difference to the previous brick, three varints; and for hits, misses and, if there are any,
+/// grazes: two bits for each slice, for empty (0), full (1) or stored (2), and the stored slices.
 class PartWriter {
  public:
   /// Begins the part of the next cloud.

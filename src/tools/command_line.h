@@ -12,16 +12,15 @@
 
 namespace cuboid_mapping {
 
-/// Thrown by throwIfInterrupted(); no std::exception, so that handlers of errors do not catch it.
+/// Thrown by throwIfInterrupted(). Not a std::exception, so that handlers of errors do not catch it.
 struct Interrupted {
   int signal_number;
 };
 
-/// Makes SIGINT (Ctrl-C) and SIGTERM no longer end the program, but make throwIfInterrupted()
-/// throw, so that destructors can clean up.
+/// Makes SIGINT (Ctrl-C) and SIGTERM end the program by throwIfInterrupted(), so that destructors can clean up.
 void catchInterrupts();
 
-/// Call it in long loops, in any thread. @throws Interrupted after one of these signals.
+/// To be called in long loops, in any thread. @throws Interrupted  after one of these signals.
 void throwIfInterrupted();
 
 /// Runs the body of a command-line program.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Example planner that uses only installed parts of the package: follows the map of the mapping node, and searches a corridor
-// from the robot to the goal clicked in rviz again after each change of the map.
+// An example of a planner, made from installed parts of the package: follows the map of the mapping node, and
+// searches a corridor from the robot to the goal clicked in rviz, again after each change of the map.
 #include "cuboid_mapping/query/corridor_query.h"
 #include "cuboid_mapping/query/fit_query.h"
 #include "cuboid_mapping/ros/cuboid_map_client.h"
@@ -122,7 +122,7 @@ class ExamplePlanner {
     const auto T_map_robot = lookup(robot_frame_);
     const auto T_map_goal = lookup(clicked_goal_->header.frame_id);
     if (!T_map_robot || !T_map_goal) {
-      is_map_new_ = true;  // Tries again with the next event of the timer.
+      is_map_new_ = true;  // Tries again at the next call of the timer.
       return;
     }
     Eigen::Vector3d goal;
@@ -240,7 +240,8 @@ class ExamplePlanner {
   ros::Publisher corridor_publisher_;
   ros::Subscriber goal_subscriber_;
   ros::WallTimer timer_;
-  cuboid_mapping_ros::CuboidMapClient client_;  ///< Last: its thread ends before the rest is gone.
+  cuboid_mapping_ros::CuboidMapClient
+      client_;  ///< Last member: its thread ends before others are destroyed.
 };
 
 }  // namespace

@@ -82,9 +82,9 @@ struct PictureStyle {
 /// Colour from blue at 0 over green to red at 1; values outside count as the nearest one. Each 0 to 1.
 [[nodiscard]] Eigen::Vector3d heightColor(double ratio);
 
-/// Each pixel shows the first occupied voxel on its ray, coloured by PictureStyle and shaded by the face in view; without one,
-/// kFreeColor if any voxel on the ray is free, else kUnknownColor. From above, a ray that meets no occupied voxel is widened to
-/// the pixel, so that thin walls stay visible.
+/// Each pixel shows the first occupied voxel on its ray, coloured by PictureStyle and shaded by the face in view;
+/// without one, kFreeColor if any voxel on the ray is free, else kUnknownColor. From above, a ray that meets no
+/// occupied voxel is widened to the pixel, so that thin walls stay visible.
 /// @pre the map is fused, for colours of cuboids, which are looked up for each pixel.
 /// @complexity O(pixels * voxels and bricks passed).
 /// @param threads  >= 1; the picture does not depend on it. @param listener  Reports rows.

@@ -19,9 +19,9 @@ struct MpiProgress {
   LeftOutClouds left_out;
 };
 
-/// The state of a run, in a folder beside its output, from which a later run continues: an index, and a map of each
-/// rank. The state is complete at any moment: the index names the maps, and is replaced when all of them are
-/// written.
+/// The state of a run, in a folder beside its output, from which a later run continues: an index, and a map of
+/// each rank. The state is complete at any moment: the index names the maps, and is replaced when all of them
+/// are written.
 ///
 /// Every function waits until all ranks have called it.
 class MpiCheckpoint {
@@ -30,8 +30,8 @@ class MpiCheckpoint {
   /// @param period_s  Time between two checkpoints; 0: none is made or read.
   MpiCheckpoint(const MpiRanks& ranks, const std::string& output, std::string run, double period_s);
 
-  /// Reason why a checkpoint cannot be continued: other bags, settings or ranks. Empty: there is none, or it can. For
-  /// rank 0 alone; it does not wait.
+  /// Reason why a checkpoint cannot be continued: other bags, settings or ranks. Empty: there is none, or it
+  /// can. For rank 0 alone; it does not wait.
   [[nodiscard]] std::string findFault() const;
 
   /// Gives the owner its bricks. @return Progress of the earlier run; zero if there is none.
@@ -40,7 +40,8 @@ class MpiCheckpoint {
 
   /// Whether it is time to write.
   [[nodiscard]] bool isDue() const;
-  /// @param progress  Progress of all runs so far. @throws cuboid_mapping::MapFileError  A file cannot be written.
+  /// @param progress  Progress of all runs so far. @throws cuboid_mapping::MapFileError  A file cannot be
+  ///                  written.
   void write(const MpiProgress& progress, const cuboid_mapping::MapSnapshot& part);
   /// Removes the checkpoint when the output is written.
   void remove() const;

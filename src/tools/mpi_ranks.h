@@ -53,8 +53,8 @@ class MpiRanks {
 
   /// Sends bytes to each rank. @param to  By rank; less than 2 GB in all. @return The received bytes, by rank.
   [[nodiscard]] std::vector<std::string> exchange(const std::vector<std::string>& to) const;
-  /// Starts to send bytes to all other ranks. Does not wait. @param to  By rank, less than 2 GB each; they must not change
-  /// until the sends have been waited for.
+  /// Starts to send bytes to all other ranks. Does not wait. @param to  By rank, less than 2 GB each; they must
+  /// not change until the sends have been waited for.
   [[nodiscard]] MpiSends startSending(const std::vector<std::string_view>& to) const;
   /// Receives bytes that another rank has started to send, in its order. Waits for that rank alone.
   void receiveNext(int from, std::string& bytes) const;

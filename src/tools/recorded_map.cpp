@@ -33,8 +33,8 @@ using cuboid_mapping::MapDetail;
 /// Maximum number of updates that wait for a keyframe, for example between its parts.
 constexpr std::size_t kMaxEarlyUpdates = 100;
 
-/// Follows a recorded map as CuboidMapClient does a live one, but without ~get_map: after a lost update it waits for a
-/// keyframe.
+/// Follows a recorded map as CuboidMapClient does a live one, but without ~get_map: after a lost update it
+/// waits for a keyframe.
 class RecordedMapFollower {
  public:
   /// @param server  Empty: the only one.
@@ -80,7 +80,7 @@ class RecordedMapFollower {
     }
   }
 
-  /// Whether a keyframe brings nothing new, since updates arrive.
+  /// Whether a keyframe can be ignored, since updates arrive.
   bool isKeyframeToSpare(const FullCuboidMap& keyframe) {
     const bool is_followed =
         follower_.map() != nullptr && !behind_since_ && keyframe.instance == follower_.instance();

@@ -27,12 +27,12 @@ struct RecordedMap {
 /// Whether a file is a rosbag, by its first bytes or its name.
 [[nodiscard]] bool isBagFile(const std::string& file);
 
-/// Reads the map that a client had at a time, from the last keyframe and the updates after it. A client that has lost
-/// updates keeps its map until the next keyframe; a note says so.
+/// Reads the map that a client had at a time, from the last keyframe and the updates after it. A client that
+/// has lost updates keeps its map until the next keyframe; a note says so.
 ///
 /// @param listener  Reports messages.
-/// @throws std::runtime_error  naming the file and the cure: it cannot be read, it has no such topic or more than
-///         one, several nodes publish to it, or there is no whole map by that time.
+/// @throws std::runtime_error  naming the file and the cure: it cannot be read, it has no such topic or more
+///         than one, several nodes publish to it, or there is no whole map by that time.
 /// @complexity O(n) in the bytes of the updates, and of the needed keyframes.
 [[nodiscard]] RecordedMap readRecordedMap(const std::string& file,
                                           const RecordedMapOptions& options,

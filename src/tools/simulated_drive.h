@@ -15,7 +15,7 @@ namespace cuboid_mapping_ros {
 
 /// Sensor and duration of a drive through the simulated building.
 struct DriveConfig {
-  DriveConfig() { lidar.columns = 450; }  // half of the lidar's own default: kind to small machines
+  DriveConfig() { lidar.columns = 450; }  // Half of the lidar's own default, for small machines.
 
   std::uint64_t seed = 1;  ///< Seed of the world and of the noise.
   cuboid_mapping::LidarConfig lidar;
@@ -42,8 +42,8 @@ constexpr char kBaseFrame[] = "base_link";
 
 /// The messages of a lidar on a robot that drives through the simulated building, lap after lap.
 ///
-/// The frames are map -> base_link -> lidar, the latter two with the robot's name as prefix. The same configuration, index and stamp give the same
-/// bytes. Thread-safe: const.
+/// The frames are map -> base_link -> lidar, the latter two with the robot's name as prefix. The same
+/// configuration, index and stamp give the same bytes. Thread-safe: const.
 class SimulatedDrive {
  public:
   /// @pre checkDriveConfig(config) finds no error.
@@ -60,7 +60,8 @@ class SimulatedDrive {
                                                               const ros::Time& stamp) const;
   ///@}
 
-  /// Cloud `index`, from its pose or another one: organized, float32 fields x, y, z and intensity, NaN without return.
+  /// Cloud `index`, from its pose or another one: organized, float32 fields x, y, z and intensity, NaN without
+  /// return.
   ///@{
   [[nodiscard]] sensor_msgs::PointCloud2 toCloudMessage(std::uint64_t index,
                                                         const ros::Time& stamp) const;

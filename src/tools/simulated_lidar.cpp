@@ -22,7 +22,7 @@ namespace {
 
 constexpr char kName[] = "simulated_lidar";
 
-/// @throws std::runtime_error with all that is wrong.
+/// @throws std::runtime_error  with all errors.
 void checkBagConfig(const DriveConfig& config) {
   std::string text;
   for (const std::string& error : checkDriveConfig(config)) text += error + "; ";
@@ -122,7 +122,7 @@ int runBag(int argc, char** argv) {
   return writeBag(file, config, has_all_sensors);
 }
 
-/// A node is started with nothing, or with arguments of ROS only: NAME:=VALUE.
+/// Whether to run as a node: without arguments, or with ROS arguments NAME:=VALUE only.
 bool isNode(int argc, char** argv) {
   std::vector<std::string> others;
   ros::removeROSArgs(argc, argv, others);

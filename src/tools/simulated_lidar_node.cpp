@@ -20,7 +20,7 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-/// Reads private parameters and keeps what is wrong with them.
+/// Reads private parameters, and collects errors.
 class ParameterReader {
  public:
   ParameterReader(const ros::NodeHandle& node, std::vector<std::string>& errors)
@@ -60,7 +60,7 @@ class ParameterReader {
     }
   }
 
-  /// Complains about private parameters that nobody asked for.
+  /// Adds an error for each private parameter that was not read.
   void refuseOthers() {
     std::vector<std::string> names;
     node_.getParamNames(names);
@@ -96,7 +96,7 @@ class ParameterReader {
   std::vector<std::string> known_;
 };
 
-/// Publishes /clock, and makes time pass.
+/// Publishes /clock, and advances it.
 class ClockSource {
  public:
   ClockSource(ros::NodeHandle& node, double rate)
@@ -104,7 +104,7 @@ class ClockSource {
 
   [[nodiscard]] ros::Time now() const { return now_; }
 
-  /// Returns when `time` has come and was published, or ROS shuts down.
+  /// Returns when `time` was reached and published, or ROS shuts down.
   void advanceTo(const ros::Time& time) {
     constexpr double kTick_s = 0.01;
     do {
@@ -131,7 +131,7 @@ class ClockSource {
   ros::WallTime last_wall_ = ros::WallTime::now();
 };
 
-/// Where the robot is: on its own way, or along the path that others publish.
+/// Place of the robot: on its own path, or along the path of a topic.
 class Driver {
  public:
   Driver(ros::NodeHandle& node, const SimulatedDrive& drive,
@@ -193,7 +193,7 @@ class DrivePublisher {
   tf2_ros::StaticTransformBroadcaster static_transforms_;
 };
 
-/// For so long the node stays after the last cloud, which else might be lost with it.
+/// Delay between the last cloud and the end of the node, so that the cloud is not lost.
 constexpr double kLinger_s = 0.5;
 
 void runWithOwnClock(ros::NodeHandle& node, const SimulatedLidarParameters& parameters) {
@@ -275,7 +275,7 @@ SimulatedLidarParameters loadParameters(const ros::NodeHandle& private_node,
         "rate: needs publish_clock, because otherwise this node does not set the ROS time");
   }
   if (parameters.speed != 1.0 && !parameters.follow_path) {
-    errors.push_back("speed: needs follow_path, because the own way takes 1 m/s");
+    errors.push_back("speed: needs follow_path: the node's own path has a speed of 1 m/s");
   }
   return parameters;
 }

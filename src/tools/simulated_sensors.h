@@ -12,11 +12,12 @@
 
 namespace cuboid_mapping_ros {
 
-/// Other sensors on the robot of a SimulatedDrive: a lidar at the rear, a planar laser in front, a depth camera that looks forward.
+/// Other sensors on the robot of a SimulatedDrive: a lidar at the rear, a planar laser in front, and a forward
+/// depth camera.
 ///
-/// Time is counted in ticks, six to each cloud of the drive: at 10 clouds a second there are 10 clouds of the rear lidar, 20
-/// scans and 30 images. The frames are base_link -> rear_lidar, laser and camera. The same configuration, tick and stamp give
-/// the same bytes. Thread-safe: const.
+/// Time is counted in ticks, six to each cloud of the drive: at 10 clouds a second there are 10 clouds of the
+/// rear lidar, 20 scans and 30 images. The frames are base_link -> rear_lidar, laser and camera. The same
+/// configuration, tick and stamp give the same bytes. Thread-safe: const.
 class SimulatedSensors {
  public:
   static constexpr std::uint64_t kTicksACloud = 6;

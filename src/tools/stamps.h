@@ -8,8 +8,8 @@
 
 namespace cuboid_mapping_ros {
 
-/// Stamp of the first cloud of simulated and converted data. It is not near zero, since some
-/// code subtracts from times.
+/// Stamp of the first cloud of simulated and converted data. Not near 0, since some programs subtract from
+/// stamps.
 inline const ros::Time kFirstStamp(1000, 0);
 
 /// Stamp of cloud `index`; cloud 0 has `first_stamp`.
