@@ -17,9 +17,9 @@ namespace cuboid_mapping {
 /// Unites boxes two by two; each step unites the two that add the fewest voxels to the covered ones.
 ///
 /// Each box has one partner, the best of those near it, and waits in a queue ordered by the voxels that their
-/// union adds. Covered voxels only increase, so a waiting union adds at most as many as when it was queued. With
-/// many boxes, partners are sought in groups of neighbours, which are rebuilt when half of the
-/// boxes are left.
+/// union adds. Covered voxels only increase, so a waiting union adds at most as many as when it was queued.
+/// With many boxes, partners are sought in groups of neighbours, which are rebuilt when half of the boxes are
+/// left.
 class BoxMerger {
  public:
   /// @param boxes  Disjoint. @param keep_free  Must outlive this object, as must the budget.

@@ -115,7 +115,7 @@ CoverExchange::Split CoverExchange::findSplit(std::size_t box) const {
   return best;
 }
 
-/// The splits that save the most volume.
+/// The kTriedSplits splits that save the most volume.
 std::vector<CoverExchange::Split> CoverExchange::findSplits() const {
   std::vector<Split> splits;
   for (std::size_t i = 0; i < boxes_.size() && budget_.spend(); ++i) {

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kSeedsAtOnce = 1000;
 
-/// The slab beside a face, this thick. @param face  Axis, and 3 more for the upper face.
+/// The slab outside a face. @param face  Axis, plus 3 for the upper face. @param thickness  Voxels.
 CellBox slabAt(const CellBox& box, int face, std::int32_t thickness) {
   const int axis = face % 3;
   CellBox slab = box;
@@ -53,7 +53,7 @@ CellBox grow(const VoxelSet& voxels, CellBox box) {
   }
 }
 
-/// Takes the best box repeatedly.
+/// Greedy search: takes the box with the greatest gain, again and again.
 class FreeBoxSearch {
  public:
   FreeBoxSearch(const CuboidMap& map, const FreeBoxesTask& task, Budget& budget)

@@ -6,10 +6,10 @@
 
 namespace cuboid_mapping {
 
-/// A set of voxels, brick by brick. Bricks not looked at because the budget is spent count as not in the set.
+/// A set of voxels, by brick. Once the budget is spent, unread bricks count as outside the set.
 class VoxelSet {
  public:
-  /// @param budget  Limits the bricks to look at. Must outlive the set.
+  /// @param budget  Counts bricks that are read. Must outlive the set.
   explicit VoxelSet(Budget& budget) : budget_(&budget) {}
 
   /// Adds voxels.

@@ -5,13 +5,12 @@
 
 namespace cuboid_mapping {
 
-/// Fusion by class inside bricks, or none: the leaf nodes of the R-tree are the bricks, each with the
-/// cuboids that it is divided into and their tight MBR. The cuboids of a brick are a function of the
-/// classes of its voxels alone, so they depend neither on the order of clouds and reads, nor on
-/// threads, nor on the tree.
+/// Fusion by class inside bricks, or none: the leaf nodes of the R-tree are the bricks, each with its cuboids
+/// and their tight MBR. The cuboids of a brick are a function of the classes of its voxels alone: they do not
+/// depend on the order of clouds and reads, on threads, or on the tree.
 ///
-/// Readers divide a brick whose cuboids are stale. The brick's MBR is that of its known voxels, which
-/// are those of its cuboids: the tree is never stale.
+/// Readers divide a brick whose cuboids are stale. The MBR of a brick is that of its known voxels: the tree is
+/// never stale.
 class ClassFusion : public CuboidTree {
  public:
   /// @param is_fused  If false, every voxel is a cuboid.

@@ -18,8 +18,8 @@ using CuboidVisitor = FunctionRef<Visit(const Cuboid&)>;
 using DistanceVisitor = FunctionRef<Visit(const Cuboid&, double)>;
 ///@}
 
-/// The R-tree with the cuboids of a map, for readers. They pass the voxels of the map from which
-/// the tree was made. Thread-safe among readers, not beside a change.
+/// The R-tree with the cuboids of a map, for readers. `voxels` are always those of the map that has the tree.
+/// Const functions may run side by side, not beside a change.
 class CuboidTree {
  public:
   CuboidTree() = default;

@@ -37,12 +37,12 @@ const char* toString(GrowthStarters starters) {
   return "changed";
 }
 
-/// A growing cell. The tree changes only when the cell has stopped: absorbed cuboids lie inside its
-/// box, where it does not look any more.
+/// A growing cell. The tree changes only when it stops: until then the absorbed cuboids lie inside its box,
+/// which it does not search again.
 struct GrowthFusion::Growth {
   CellBox box;
   Occupancy occupancy;
-  std::vector<CellBox> parts;  ///< The absorbed cuboids, after itself.
+  std::vector<CellBox> parts;  ///< The cell at first, then the absorbed cuboids.
 };
 
 void GrowthFusion::visitBox(const VoxelStore& /*voxels*/, const CellBox& window,
@@ -249,7 +249,7 @@ std::vector<Cell> GrowthFusion::findStartersBeside(const std::vector<CellBox>& f
                                                    std::size_t first) const {
   std::vector<Cell> cells;
   if (first == fused.size()) return cells;
-  if (config_.step != GrowthStep::kCell) {  // Larger steps look further than the next voxel.
+  if (config_.step != GrowthStep::kCell) {  // Larger steps reach beyond the next voxel.
     cells.assign(starters_.begin(), starters_.end());
   }
   for (std::size_t i = first; i < fused.size() && config_.step == GrowthStep::kCell; ++i) {

@@ -31,13 +31,13 @@ struct CellWrites {
   std::vector<std::pair<CellBox, Cuboid>> replaced;  ///< Cuboids and their replacements.
   std::vector<CellBox> removed;                      ///< Removed cuboids.
   std::vector<Cuboid> added;                         ///< Added cuboids.
-  std::vector<CellBox> split;  ///< Cuboids of several voxels that cells leave.
+  std::vector<CellBox> split;  ///< Cuboids of several voxels that lose voxels.
 };
 
-/// Adaptation of the cell resolution by growth (paper, Section IV-B and Figure 5): a stable cell
-/// expands in one search direction after the other; an expansion succeeds when the slab that it
-/// adds is wholly tiled by cells that lie inside it (6) and are stable in the same class (7), (8).
-/// They are removed from the R-tree, and the fused cuboid is inserted.
+/// Adaptation of the cell resolution by growth (paper, Section IV-B and Figure 5): a stable cell expands in one
+/// search direction after the other. An expansion succeeds if cells inside the added slab fill it (6), and are
+/// stable in the same class (7), (8). These cells are removed from the R-tree, and the fused cuboid is
+/// inserted.
 ///
 /// Cells that are not stable stay single: a voxel of a fused cuboid that stops being stable, or gets
 /// another class, is split out. After an edit, stable voxels that were unknown are put into the tree

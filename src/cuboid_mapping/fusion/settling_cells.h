@@ -11,9 +11,9 @@
 
 namespace cuboid_mapping {
 
-/// Cells that were split out of a fused cuboid, and must keep their value for some clouds before
-/// they may fuse again: hysteresis, so that a voxel that flickers does not shatter and rebuild a
-/// large cuboid at every cloud. Not thread-safe.
+/// Cells that were split out of a fused cuboid, and must keep their value for some clouds before they may fuse
+/// again: hysteresis, so that a flickering voxel does not split and rebuild a large cuboid at every cloud. Not
+/// thread-safe.
 class SettlingCells {
  public:
   /// @param clouds  Clouds for which a value must last, >= 0; with 0 no cell is held.
@@ -21,8 +21,7 @@ class SettlingCells {
 
   /// Holds cells of a brick from this cloud on.
   void hold(const Cell& brick, const BrickMask& cells, std::uint64_t cloud);
-  /// Notes that cells of a brick have changed their value: the time of held cells starts
-  /// again.
+  /// Notes that cells of a brick have changed their value, which restarts the time of held cells.
   void noteChanges(const Cell& brick, const BrickMask& cells, std::uint64_t cloud);
   /// Releases the cells that have kept their value long enough. @return These, in the order in
   /// which they were held. @complexity O(cells that are due).

@@ -20,7 +20,7 @@ std::vector<Scan> placeScans(const Eigen::Isometry3d& T_map_body,
   for (const Scan& scan_body : scans_body) {
     Scan scan = placeScan(T_map_body, scan_body);
     filter(scan);
-    scan.points.swap(scan.open_ends);  // Open ends are measured points, too.
+    scan.points.swap(scan.open_ends);  // The limits hold for open ends, too: they are measured.
     filter(scan);
     scan.points.swap(scan.open_ends);
     scans.push_back(std::move(scan));

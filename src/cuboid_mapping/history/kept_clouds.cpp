@@ -15,7 +15,7 @@ namespace {
 using Points = std::vector<Eigen::Vector3f>;
 
 constexpr float kMaxSteps = 1 << 30;
-/// Level of zstd: higher ones take twice the time, and save 2 %.
+/// Level of zstd. Higher levels take twice the time, and save 2 %.
 constexpr int kLevel = 1;
 /// Bound of the compression: a point takes at least three bytes, and zstd reaches at most 10,000 to 1.
 constexpr std::uint64_t kMaxRatio = 10000;

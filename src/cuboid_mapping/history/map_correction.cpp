@@ -12,7 +12,7 @@
 namespace cuboid_mapping {
 namespace {
 
-/// Where moved clouds touch more of the bricks, all is made anew.
+/// Share of touched bricks above which the whole map is rebuilt.
 constexpr double kMaxTouched = 0.75;
 
 CellBox translated(const CellBox& box, const Cell& shift) {

@@ -17,7 +17,7 @@
 
 namespace cuboid_mapping {
 
-/// A cloud or an edit.
+/// A cloud, or an edit of the map.
 struct HistoryEvent {
   std::shared_ptr<const ObservationConfig> config;  ///< Null for an edit.
   StampedPose pose;

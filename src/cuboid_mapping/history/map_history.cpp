@@ -50,7 +50,7 @@ Eigen::Isometry3d findMotion(const PoseTrack& old, const PoseTrack& poses, std::
   return T_map_new * T_map_old.inverse();
 }
 
-/// Where more of the clouds move, all is made anew.
+/// Share of moved clouds above which the whole map is rebuilt.
 constexpr double kMaxMoved = 0.25;
 
 std::string describeTimes(std::int64_t begin_ns, std::int64_t end_ns) {

@@ -16,7 +16,7 @@ namespace {
 
 /// Tolerance for rotations in files of poses, which have few digits.
 constexpr double kRotationTolerance = 1e-3;
-/// Deviation of a matrix from a rotation.
+/// Deviation of a pose's matrix from a rotation.
 double findStretch(const StampedPose& pose) {
   const Eigen::Matrix3d matrix = pose.T_map_body.linear();
   return (matrix * matrix.transpose() - Eigen::Matrix3d::Identity()).norm();

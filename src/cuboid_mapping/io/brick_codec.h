@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Bricks as bytes, column by column: the content of native files, of pages of a store, and of messages of maps, see
-// doc/file_format.md. Compression and counts are left to the callers. Part of cuboid_mapping::core.
+// Bricks as bytes, column by column: the content of native files, of pages of a store, and of messages of maps,
+// see doc/file_format.md. Compression and counts are left to the callers. Part of cuboid_mapping::core.
 #pragma once
 
 #include "cuboid_mapping/io/byte_stream.h"
@@ -20,7 +20,8 @@ constexpr std::size_t kLeastBrickBytes = 3 + sizeof(BrickMask) + 1;
 std::size_t encodeBricks(const VoxelBrick* first, const VoxelBrick* last, bool has_values,
                          ByteWriter& bytes, const ProgressListener& listener = {});
 
-/// Inverse of encodeBricks(). Without values, voxels have the log-odds of the clamping thresholds of a default sensor model.
+/// Inverse of encodeBricks(). Without values, voxels have the log-odds of the clamping thresholds of a default
+/// sensor model.
 /// @pre The bytes are enough for these numbers of bricks and log-odds.
 /// @throws MapFileError: kTruncated; kCorrupted for a brick outside kAllCells, or log-odds that are not finite.
 [[nodiscard]] std::vector<VoxelBrick> decodeBricks(std::size_t num_bricks, std::size_t num_log_odds,

@@ -12,14 +12,16 @@
 
 namespace cuboid_mapping {
 
-/// Newest version of the format, for maps with locks; other maps have version 2. All older versions can be read.
+/// Newest version of the format, for maps with locks; other maps have version 2. All older versions can be
+/// read.
 constexpr std::uint32_t kNativeFormatVersion = 3;
 
 /// Whether bytes begin as a file of this format.
 [[nodiscard]] bool isNativeFormat(std::string_view bytes);
 
 /// A snapshot as the bytes of a file. Equal maps give equal bytes.
-/// @pre findFault() finds none. A frame_id is cut after 255 bytes. @param listener  Reports bricks. @complexity O(n).
+/// @pre findFault() finds none. A frame_id is cut after 255 bytes. @param listener  Reports bricks. @complexity
+/// O(n).
 [[nodiscard]] std::string toNativeFormat(const MapSnapshot& snapshot,
                                          const ProgressListener& listener = {});
 

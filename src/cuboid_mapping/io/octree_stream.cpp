@@ -215,7 +215,7 @@ class OctreeWalk {
       if (known != 0) candidates |= 1U << child;
       is_full &= known == (step == 64 ? ~0ULL : (1ULL << step) - 1);
     }
-    // Checked first, so that nothing has to be undone.
+    // Checked before any node is written.
     if (is_full && isUniform(place, 8 * step)) {
       return makeLeaf(min, depth, voxels_.log_odds[place]);
     }

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // OctoMap's serialized octrees, written from bricks and read into boxes without a tree in between.
 //
-// Writes the nodes of an octomap::OcTree, depth first, as octomap::OcTree::writeData (full: log-odds of
-// every node) and writeBinaryData (binary: free, occupied or inner) do. This is own code because
-// building an OcTree voxel by voxel takes many times as long as its serialization, and because
-// OctoMap's readers follow a damaged stream into any depth.
+// Writes nodes depth first, as octomap::OcTree::writeData (full: log-odds of every node) and writeBinaryData
+// (binary: free, occupied or inner). OctoMap itself would build an OcTree voxel by voxel, which takes many
+// times as long as its serialization, and its readers follow a damaged stream into any depth.
 #pragma once
 
 #include "cuboid_mapping/io/octomap_files.h"
@@ -32,8 +31,8 @@ struct OctreeStream {
   double num_left_out = 0.0;  ///< Voxels outside kOctreeCells, which are left out.
 };
 
-/// The octree of bricks, each of which comes once, pruned: byte by byte what octomap::OcTree writes
-/// for their voxels. @complexity O(b log b) for b bricks.
+/// The pruned octree of bricks, byte for byte as octomap::OcTree writes it. @param bricks  Each once.
+/// @complexity O(b log b) for b bricks.
 [[nodiscard]] OctreeStream toOctreeStream(const std::vector<VoxelBrick>& bricks, OctreeKind kind);
 
 /// A leaf of an octree: an aligned cube of voxels.

@@ -24,7 +24,7 @@ std::vector<std::uint8_t> deflateBytes(const std::string& bytes) {
   return packed;
 }
 
-/// Grows with the actual content, so that a claim alone takes no memory. Empty for damaged bytes.
+/// Inflates bytes; empty if they are damaged. Takes memory for the actual content, not for a claimed size.
 std::string inflateBytes(const std::vector<std::uint8_t>& packed) {
   z_stream stream{};
   if (inflateInit(&stream) != Z_OK) return {};
@@ -46,7 +46,8 @@ std::string inflateBytes(const std::vector<std::uint8_t>& packed) {
   return is_whole ? bytes : std::string();
 }
 
-/// Maximum size before deflation, with up to 16384 different values and at most 512 bricks from the previous one.
+/// Maximum size before deflation, with up to 16384 different values and at most 512 bricks from the previous
+/// one.
 std::size_t bytesOf(const VoxelBrick& brick, MapDetail detail) {
   const std::size_t content = detail == MapDetail::kClasses
                                   ? sizeof(BrickMask)

@@ -9,8 +9,8 @@
 
 namespace cuboid_mapping {
 
-/// Bricks of a message: brick_codec.h, deflated. msg/CuboidBricks.msg documents the fields. Part of the client and of
-/// the Python module, not of cuboid_mapping::io: needs zlib alone.
+/// Bricks of a message: brick_codec.h, deflated. msg/CuboidBricks.msg documents the fields. Part of the client
+/// and of the Python module, not of cuboid_mapping::io: needs zlib alone.
 struct PackedBricks {
   std::uint32_t num_bricks = 0;
   std::uint32_t num_values = 0;  ///< Number of different log-odds.
@@ -27,7 +27,8 @@ struct PackedBricks {
 [[nodiscard]] std::optional<std::vector<VoxelBrick>> unpackBricks(const PackedBricks& packed);
 
 /// Divides bricks among messages, in order.
-/// @param max_bytes  Limit of a part before deflation; a part has at least one brick. @return End of the first part.
+/// @param max_bytes  Limit of a part before deflation; a part has at least one brick. @return End of the first
+///                   part.
 [[nodiscard]] const VoxelBrick* endOfPart(const VoxelBrick* first, const VoxelBrick* last,
                                           MapDetail detail, std::size_t max_bytes);
 

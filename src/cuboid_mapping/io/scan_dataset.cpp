@@ -123,8 +123,8 @@ std::vector<fs::path> findBinFiles(const fs::path& folder) {
   return {};
 }
 
-/// Scans in KITTI's format: rows of x, y, z and intensity as float32; poses.txt with a 3 x 4 matrix, row by row, for each,
-/// or "index tx ty tz qx qy qz qw".
+/// Scans in KITTI's format: rows of x, y, z and intensity as float32; poses.txt with a 3 x 4 matrix, row by
+/// row, for each, or "index tx ty tz qx qy qz qw".
 class BinFolder : public ScanDataset {
  public:
   BinFolder(const fs::path& folder, std::vector<fs::path> files) : files_(std::move(files)) {
@@ -182,7 +182,8 @@ class BinFolder : public ScanDataset {
     return pose;
   }
 
-  /// Transform "Tr:" from lidar to camera, since KITTI's poses are those of the camera. Without a file: identity.
+  /// Transform "Tr:" from lidar to camera, since KITTI's poses are those of the camera. Without a file:
+  /// identity.
   static Eigen::Isometry3d readCalibration(const fs::path& file) {
     std::ifstream in(file);
     std::string line;

@@ -67,7 +67,7 @@ std::string encodeBricks(const ScanUpdate& update) {
   return payload.take();
 }
 
-/// Brick of a number from outside, computed in 64 bits since it may lie anywhere.
+/// Brick of a number from a message. Computed in 64 bits, since damaged numbers may be of any size.
 Cell checkedBrick(const Cell& base, std::uint64_t morton) {
   const Cell from_base = cellOfMorton(morton);
   Cell brick;

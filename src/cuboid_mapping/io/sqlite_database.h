@@ -12,7 +12,8 @@
 
 namespace cuboid_mapping {
 
-/// An open database. Functions throw MapFileError, whose text begins with the name of the file. Not thread-safe.
+/// An open database. Functions throw MapFileError, whose text begins with the name of the file. Not
+/// thread-safe.
 class SqliteDatabase {
  public:
   /// @param flags  SQLITE_OPEN_...

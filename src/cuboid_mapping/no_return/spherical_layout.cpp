@@ -16,7 +16,7 @@ double wrapAngle(double angle_rad) {
   return angle_rad - 2.0 * M_PI * std::floor(angle_rad / (2.0 * M_PI) + 0.5);
 }
 
-/// Calls visit(column, index) for the returns of a row whose azimuth counts.
+/// Calls visit(column, index) for the returns of a row that are not near a pole.
 template <typename VisitorT>
 void visitRow(const BeamGrid& grid, const Layout& layout, std::size_t row, VisitorT visit) {
   for (std::size_t column = 0; column < layout.columns; ++column) {

@@ -10,10 +10,9 @@ namespace cuboid_mapping {
 
 /// Calls work(i) once for each i in [0, count), on up to `threads` threads; the caller's is one.
 ///
-/// Blocks until all are done. Any thread may take any i, so `work` must not
-/// depend on it. If no more threads can be started, the existing ones do the work. An
-/// exception of `work` is thrown here when no work is under way any more; some i may have been left
-/// out then. Calls may run side by side and inside of each other.
+/// Blocks until all are done. Any thread may take any i. If no more threads can be started, the existing ones
+/// do the work. An exception of `work` is thrown here when no work is running any more; some i may then not
+/// have been started. Calls may run side by side, and inside each other.
 void parallelFor(std::size_t count, int threads, const std::function<void(std::size_t)>& work);
 
 /// Work that runs beside the thread that has started it.
@@ -23,8 +22,8 @@ class BackgroundWork {
   BackgroundWork() = default;
   /// Starts work. If no thread can be started, wait() does it.
   explicit BackgroundWork(const std::function<void()>& work);
-  /// Takes over the work of another object. Work of this object goes on, and nobody waits for
-  /// it: call wait() before.
+  /// Takes over the work of another object. Call wait() before: nobody waits for the previous work of this
+  /// object.
   ///@{
   BackgroundWork(BackgroundWork&&) = default;
   BackgroundWork& operator=(BackgroundWork&& other) = default;

@@ -15,9 +15,9 @@ class BodyMotion {
   [[nodiscard]] bool isHalfTurn() const;
   /// The pose after a part of the motion, 0 to 1.
   [[nodiscard]] Eigen::Isometry3d at(double part) const;
-  /// The sway of the body from middle - half to middle + half. @param T_map_body  at(middle).
+  /// The sway of the body in the part [middle - half, middle + half]. @param T_map_body  at(middle).
   [[nodiscard]] Sway swayAround(const Eigen::Isometry3d& T_map_body, double half) const;
-  /// A bound of the path of any point of the body, metres. @param reach_m  Reach of the body.
+  /// Upper bound of the path length of any point of the body, metres. @param reach_m  Reach of the body.
   [[nodiscard]] double travel(double reach_m) const { return length() + angle_ * reach_m; }
 
  private:
@@ -33,8 +33,8 @@ struct FirstContact {
   PoseContact contact;
 };
 
-/// The first contact; nothing if there is none, or if the budget of the probe is spent. Halves the motion until the
-/// body, enlarged by its sway, is free, or until the sway is at most kMotionTolerance.
+/// The first contact; nothing if there is none, or if the budget of the probe is spent. Halves the motion until
+/// the body, enlarged by its sway, is free, or until the sway is at most kMotionTolerance.
 [[nodiscard]] std::optional<FirstContact> findFirst(BodyProbe& probe, const BodyMotion& motion);
 
 /// Whether a motion is known to meet nothing: not half a turn, and the budget of the probe is not spent.

@@ -14,9 +14,9 @@ struct NoGrowth {
   [[nodiscard]] Eigen::Vector3d of(const BodyBox& /*box*/) const { return Eigen::Vector3d::Zero(); }
 };
 
-/// Growth of radii and half edges, in metres, with which a part covers its sway.
-///
-/// A turn moves a point p by at most angle * |axis x p|, and not along the axis.
+/// Growth of radii and half edges, in metres, with which a part covers its sway: a turn moves a point p by at
+/// most
+/// angle * |axis x p|, perpendicular to the axis.
 struct SwayGrowth {
   const Sway& sway;
 
@@ -51,8 +51,8 @@ bool isTurn(const Eigen::Matrix3d& turn) {
 
 }  // namespace
 
-/// An obstacle that a shape meets, or a voxel outside the region, valid until the next call; null: none, or the budget
-/// is spent.
+/// An obstacle that a shape meets, or a voxel outside the region, valid until the next call; null: none, or the
+/// budget is spent.
 template <typename ShapeT>
 const Cell* BodyProbe::findMet(const ShapeT& shape) {
   if (region_ && !region_->contains(shape.bounds())) return keep(shape.bounds().min);

@@ -8,15 +8,15 @@
 
 namespace cuboid_mapping {
 
-/// Bound of the distance of a moving body from its pose in the middle of a motion.
+/// Motion of a body from its middle pose to either end.
 struct Sway {
   Eigen::Vector3d shift_body = Eigen::Vector3d::Zero();  ///< Half of the straight motion, metres.
   Eigen::Vector3d turn_body =
       Eigen::Vector3d::Zero();  ///< Axis of the turn; its length is half of the angle [rad].
 };
 
-/// Looks up a body in a map at one pose after the other. If the map changes meanwhile, the probe keeps the bricks that
-/// it has read.
+/// Looks up a body in a map at one pose after the other. The probe keeps the bricks that it has read, also if
+/// the map changes.
 class BodyProbe {
  public:
   /// @param body, budget  Must outlive this object. @pre findFault(body, map.grid()) is empty.
@@ -32,9 +32,10 @@ class BodyProbe {
   BodyProbe(const BodyProbe&) = delete;
   BodyProbe& operator=(const BodyProbe&) = delete;
 
-  /// An obstacle that the body meets; nothing if the budget is spent. @pre isPose(T_map_body, rangeOf(body, grid)).
+  /// An obstacle that the body meets; nothing if the budget is spent. @pre isPose(T_map_body, rangeOf(body,
+  /// grid)).
   [[nodiscard]] std::optional<PoseContact> findContact(const Eigen::Isometry3d& T_map_body);
-  /// The same for all positions within the sway, and a little more: parts are enlarged.
+  /// As above, for all positions within the sway. Conservative: it enlarges the parts.
   [[nodiscard]] std::optional<PoseContact> findContact(const Eigen::Isometry3d& T_map_body,
                                                        const Sway& sway);
 
@@ -66,7 +67,7 @@ class BodyProbe {
   return box.T_body_box * Eigen::Vector3d(sign.cwiseProduct(box.size_m));
 }
 
-/// How far from the origin of the map a body may be, metres.
+/// Maximum distance of a body from the origin of the map, metres.
 [[nodiscard]] double rangeOf(const Body& body, const Grid& grid);
 /// Whether a pose is finite, a rotation (to 1e-6), and within a range. @param range_m  As rangeOf() says.
 [[nodiscard]] bool isPose(const Eigen::Isometry3d& pose, double range_m);

@@ -23,7 +23,7 @@ constexpr double kNoOverlap = 1e-6;
                                    static_cast<std::int64_t>(kOffset));
 }
 
-/// Cells that a shape with this centre and reach may overlap by more than kNoOverlap, and a few more.
+/// A box that contains all cells that a shape with this centre and reach may overlap by more than kNoOverlap.
 [[nodiscard]] inline CellBox cellsAround(const Eigen::Vector3d& center,
                                          const Eigen::Vector3d& reach) {
   constexpr double kSure = 0.5 * kNoOverlap;

@@ -6,7 +6,7 @@
 namespace cuboid_mapping {
 namespace {
 
-/// In a larger box, the R-tree finds the occupied cuboids sooner than a look at every brick.
+/// In larger boxes, the R-tree finds occupied cuboids faster than a look-up of every brick.
 constexpr double kMaxVoxelsByBrick = 64.0 * kBrickVoxels;
 
 }  // namespace

@@ -7,9 +7,9 @@
 namespace cuboid_mapping {
 namespace {
 
-/// A look at the clock takes about as long as one or two bricks.
+/// Bricks between two readings of the clock, each of which takes the time of one or two bricks.
 constexpr std::uint64_t kBricksPerLook = 256;
-/// More than this is for ever; a clock cannot count beyond it.
+/// Longer times count as no limit: the clock cannot represent all of them.
 constexpr double kForever_s = 1e9;
 
 std::chrono::steady_clock::time_point after(double time_s) {

@@ -6,9 +6,9 @@
 namespace cuboid_mapping {
 namespace {
 
-/// Places of the way that are looked at in the time of a brick.
+/// Places of a way that cost as much as one brick.
 constexpr std::size_t kPlacesPerBrick = 16;
-/// Times that each point of the path is moved between its neighbours.
+/// Number of times that each point of the path is moved between its neighbours.
 constexpr int kPulls = 50;
 
 CellBox boxOf(const Cell& a, const Cell& b) {
@@ -77,7 +77,7 @@ std::vector<CellBox> CorridorBoxes::compute(const CellBox& start, const std::vec
   return boxes;
 }
 
-/// Takes out boxes whose neighbours overlap enough without them.
+/// Removes boxes whose neighbours overlap enough without them.
 void CorridorBoxes::removeNeedless(std::vector<CellBox>& boxes, const CellBox& start,
                                    const CellBox& goal) const {
   const auto connects = [&](const CellBox& a, const CellBox& b) {

@@ -9,7 +9,7 @@
 
 namespace cuboid_mapping {
 
-/// Turns a way of places into few maximal boxes.
+/// Converts a way of places to few maximal boxes.
 class CorridorBoxes {
  public:
   CorridorBoxes(const Obstacles& obstacles, const FitField& field, const CellBox& region)
@@ -36,12 +36,11 @@ struct CorridorPortals {
   std::vector<MetricBox> ranges_map;  ///< Range of the robot's centre while it is in both boxes.
 };
 
-/// @param size  Of the robot, in voxels.
+/// The overlaps of successive boxes. @param size  Edges of the robot, in voxels.
 [[nodiscard]] CorridorPortals findPortals(const Grid& grid, const std::vector<CellBox>& boxes,
                                           const Cell& size);
 
-/// A short way from start to goal with one point in each portal; less short when the budget is
-/// spent on the way.
+/// A short path from start to goal with one point in each portal; longer if the budget is spent before the end.
 [[nodiscard]] std::vector<Eigen::Vector3d> pullTight(const CorridorPortals& portals,
                                                      const Eigen::Vector3d& start_map,
                                                      const Eigen::Vector3d& goal_map,

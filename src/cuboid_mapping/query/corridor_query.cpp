@@ -23,7 +23,7 @@ Cell clampTo(const CellBox& box, const Cell& cell) {
   return clamped;
 }
 
-/// A* from the places of the start to those of the goal.
+/// A* from the places of the start to the places of the goal.
 class PlaceSearch {
  public:
   PlaceSearch(PlaceGraph& graph, const CellBox& start, const CellBox& goal)
@@ -40,7 +40,7 @@ class PlaceSearch {
       const Item item = open_.top();
       open_.pop();
       const State& state = states_[item.node];
-      if (item.cost > state.cost) continue;  // Reached on a shorter way since.
+      if (item.cost > state.cost) continue;  // A shorter way was found since.
       if (graph_.box(item.node).intersects(goal_)) {
         last_ = item.node;
         return CorridorEnd::kFound;
@@ -65,7 +65,7 @@ class PlaceSearch {
   }
 
  private:
-  /// How a node is reached best so far.
+  /// The best way to a node so far.
   struct State {
     double cost = std::numeric_limits<double>::infinity();
     PlaceNode parent = PlaceGraph::kNoNode;
@@ -107,8 +107,8 @@ class PlaceSearch {
 /// Start and goal of a task, in voxels.
 struct Ends {
   Cell size;
-  CellBox start;  ///< That the robot covers there.
-  CellBox goal;
+  CellBox start;  ///< Voxels that the robot covers at the start.
+  CellBox goal;   ///< Voxels that it covers at the goal.
 };
 
 std::optional<Ends> findEnds(const Grid& grid, const CorridorTask& task) {

@@ -9,9 +9,9 @@ namespace {
 
 constexpr std::uint64_t kEachByte = 0x0101010101010101ULL;
 
-/// Minimum count of a brick that is kept, by its memory.
+/// Minimum cost of a kept brick, for its memory.
 constexpr std::uint64_t kKeptBrick = 8;
-/// A box that reaches more bricks from one is no robot: to look at them needs too much memory.
+/// Maximum number of bricks that a box may reach from one: more take too much memory.
 constexpr double kMaxReached = 1e6;
 
 /// Bricks that a box of this edge can reach along an axis from a brick.
@@ -41,7 +41,7 @@ const BrickMask& FitField::inBrick(const Cell& brick) {
   return bricks_.emplace(brick, compute(brick)).first->second;
 }
 
-/// Takes the bricks that the box reaches off the budget.
+/// Deducts the bricks that the box reaches from the budget.
 bool FitField::spendForBrick() const {
   const double num_reached = 1.0 * numReached(size_.x) * numReached(size_.y) * numReached(size_.z);
   if (num_reached > kMaxReached) budget().end(BudgetEnd::kBricks);

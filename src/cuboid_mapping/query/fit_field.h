@@ -10,8 +10,8 @@ namespace cuboid_mapping {
 
 /// Places at which a box of whole voxels fits between the obstacles: the free space, eroded by the box.
 ///
-/// A place of the box is named by its least cell. Bricks of places are computed when they are asked
-/// for, and kept: what changes in the map afterwards is not seen. Not thread-safe.
+/// A place of the box is named by its least cell. Bricks of places are computed on request and kept: later
+/// changes of the map are not seen. Not thread-safe.
 class FitField {
  public:
   /// @param size  Edges of the box in voxels, >= 1. @param obstacles  Must outlive this object.
@@ -19,11 +19,11 @@ class FitField {
 
   /// Edges of the box in voxels.
   [[nodiscard]] const Cell& size() const { return size_; }
-  /// That of the obstacles.
+  /// The budget of the obstacles.
   [[nodiscard]] Budget& budget() const { return obstacles_.budget(); }
 
   /// The places in a brick; none when the budget of the obstacles is spent.
-  /// @complexity O(size / 8 + 1) for each edge, multiplied; O(1) again.
+  /// @complexity O(bricks that the box reaches from this one); O(1) for a kept brick.
   [[nodiscard]] const BrickMask& inBrick(const Cell& brick);
 
   /// Whether the box fits at a place.
@@ -32,7 +32,7 @@ class FitField {
     return (inBrick(brickOf(place))[voxel >> 6] >> (voxel & 63) & 1) != 0;
   }
 
-  /// The voxels that the box covers at a box of places, taken together.
+  /// All voxels that the box covers at some place in a box of places.
   [[nodiscard]] CellBox coveredAt(const CellBox& places) const {
     return {places.min, places.max + size_ - Cell{1, 1, 1}};
   }
@@ -49,8 +49,7 @@ class FitField {
   const Obstacles& obstacles_;
   Cell size_;
   std::unordered_map<Cell, BrickMask, CellHash> bricks_;
-  /// Of one brick: byte (z, y) has a bit for each x at which some voxel of the box's row there is in
-  /// the way.
+  /// Rows of one brick: byte (z, y) has bit x if an obstacle is in the row of the box that begins at x.
   std::vector<std::uint8_t> rows_;
 };
 

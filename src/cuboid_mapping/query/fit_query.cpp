@@ -10,7 +10,7 @@
 namespace cuboid_mapping {
 namespace {
 
-/// The search, in voxels. Where a box fits at neighbouring places, it fits between them, too.
+/// The search, in voxels. A box that fits at neighbouring places also fits between them.
 class NearestFitSearch {
  public:
   NearestFitSearch(FitField& field, const Eigen::Vector3d& point, const Eigen::Vector3d& size,
@@ -40,7 +40,7 @@ class NearestFitSearch {
 
   /// Whether a brick at this distance, in bricks, may hold a better place.
   [[nodiscard]] bool isNear(std::int32_t ring) const {
-    const double distance = kBrickEdge * (ring - 1.0) - 1.0;  // 1: what the span is rounded up
+    const double distance = kBrickEdge * (ring - 1.0) - 1.0;  // 1: the span is rounded up by less.
     return distance <= 0.0 || distance * distance <= best_squared_;
   }
 
@@ -116,7 +116,7 @@ class NearestFitSearch {
   Eigen::Vector3d point_;
   Eigen::Vector3d half_;
   Eigen::Vector3d span_;  ///< Edges of the box in whole voxels.
-  double best_squared_;   ///< At first: of the greatest distance.
+  double best_squared_;   ///< Squared distance of best_; at first of the greatest distance.
   std::optional<Eigen::Vector3d> best_;
 };
 

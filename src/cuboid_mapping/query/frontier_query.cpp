@@ -60,7 +60,7 @@ FrontierTable markFrontiers(const CuboidMap& map, const CellBox& region, Budget&
   return table;
 }
 
-/// Takes a voxel out. @return Whether it was there.
+/// Removes a voxel. @return Whether it was there.
 bool take(FrontierTable& table, const Cell& cell) {
   FrontierBrick* brick = table.find(brickOf(cell));
   if (brick == nullptr || !brick->voxels.test(voxelIndex(cell))) return false;
@@ -68,7 +68,7 @@ bool take(FrontierTable& table, const Cell& cell) {
   return true;
 }
 
-/// Takes out a voxel and all that hang together with it.
+/// Removes a voxel and all that are connected to it. @return These.
 std::vector<Cell> takeCluster(FrontierTable& table, const Cell& first) {
   std::vector<Cell> cluster;
   if (take(table, first)) cluster.push_back(first);

@@ -10,7 +10,7 @@
 namespace cuboid_mapping {
 namespace {
 
-/// Occupied voxels by height, where there are any.
+/// Number of occupied voxels at each height that has some.
 using Layers = std::vector<std::pair<std::int32_t, double>>;
 
 /// Samples every step-th brick.
@@ -43,7 +43,7 @@ HeightRange findHeightRange(const CuboidMap& map) {
   if (layers.empty()) return {};
   double num_voxels = 0.0;
   for (const auto& layer : layers) num_voxels += layer.second;
-  // The height below which there is this share of the voxels, in voxels.
+  // The height below which this share of the voxels lies, in voxels.
   const auto height_at = [&](double share) {
     double missing = share * num_voxels;
     for (const auto& [z, count] : layers) {

@@ -5,15 +5,15 @@
 
 namespace cuboid_mapping {
 
-/// Heights between which colours run, metres.
+/// Heights of the first and the last colour, metres.
 struct HeightRange {
   double min_m = 0.0;  ///< Lower z, map frame.
   double max_m = 1.0;  ///< Upper z, map frame.
 };
 
-/// The heights of the occupied voxels but for the lowest and the highest 2 %, so that a bird or a point
-/// under the ground does not take the colours of the rest. From 0 to 1 m for a map without any. Of a map of
-/// more than 50,000 bricks, a part is looked at, which depends on where the bricks lie only.
+/// The heights of the occupied voxels without the lowest and the highest 2 %, so that a bird or a point under
+/// the ground does not change the colours of the rest. 0 to 1 m without occupied voxels. Maps of more than
+/// 50,000 bricks are sampled, the same bricks for the same map.
 /// @complexity O(bricks).
 [[nodiscard]] HeightRange findHeightRange(const CuboidMap& map);
 

@@ -9,7 +9,7 @@
 namespace cuboid_mapping {
 namespace {
 
-/// Sway of the first pieces of a motion, in voxels: space so near to a body is mostly free.
+/// Sway of the first pieces of a motion, in voxels: the space within this distance of a body is mostly free.
 constexpr double kFirstSway = 4.0;
 
 /// Finds the first contact of a motion by repeated halving.

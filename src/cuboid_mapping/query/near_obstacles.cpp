@@ -16,7 +16,7 @@ bool NearObstacles::isMetAtCenter(const Ball& ball) {
   return keep(center) != nullptr;
 }
 
-/// Looks at the bricks around a ball.
+/// Reads the bricks around a ball.
 void NearObstacles::moveTo(const Ball& ball) {
   const CellBox bounds = ball.bounds();
   const Cell first = brickOf(bounds.min);
@@ -36,7 +36,7 @@ void NearObstacles::moveTo(const Ball& ball) {
   });
 }
 
-/// As findMetInBrick(), the nearest voxel first: a ball that moves leaves it last.
+/// As findMetInBrick(), but finds the nearest voxel: a moving ball meets it for the longest time.
 bool NearObstacles::findMetIn(const BrickObstacles& obstacles, const Ball& ball) {
   Cell nearest = ball.centerCell();
   for (int axis = 0; axis < 3; ++axis) {

@@ -89,11 +89,11 @@ class NearObstacles {
 
  private:
   static constexpr double kMaxRadius = 16.0;  ///< Voxels.
-  /// More than what single precision rounds: a window has at most 48 voxels along an axis.
+  /// Bound of the rounding errors of single precision: a window has at most 48 voxels along an axis.
   static constexpr float kRounding = 1e-4F;
 
-  /// A brick with obstacles, and the box around them in voxels from the corner of the window: single precision decides
-  /// which bricks a ball is far from.
+  /// A brick with obstacles, and the box around them in voxels from the corner of the window. Single precision
+  /// suffices to skip bricks far from a ball.
   struct Near {
     Eigen::Array3f center;
     Eigen::Array3f half;

@@ -13,7 +13,7 @@ namespace cuboid_mapping {
 struct BrickObstacles {
   Cell brick;
   BrickMask voxels;
-  CellBox box;  ///< Around them.
+  CellBox box;  ///< Box around the voxels.
 };
 
 /// The obstacles of bricks. Neighbouring bricks are looked up once.
@@ -58,7 +58,7 @@ class ObstacleCache {
 
   struct Slot {
     Cell brick{1, 1, 1};              ///< No brick at first.
-    std::uint32_t number = kNothing;  ///< Of found_, or kNothing.
+    std::uint32_t number = kNothing;  ///< Index in found_, or kNothing.
   };
 
   void look(const Cell& brick, Slot& slot);

@@ -9,7 +9,7 @@
 namespace cuboid_mapping {
 namespace {
 
-/// The cube of voxels around one, up to a distance in voxels along each axis.
+/// The cube of voxels within a distance along each axis, in voxels.
 CellBox cubeAround(const Cell& cell, double reach) {
   CellBox cube;
   for (int axis = 0; axis < 3; ++axis) {
@@ -38,7 +38,7 @@ std::optional<ObstacleDistance> findObstacleDistance(const CuboidMap& map,
       policy == UnknownPolicy::kStop ? kAllCells : map.bounds().value_or(CellBox());
   double nearest = std::numeric_limits<double>::infinity();
   Cell away;
-  // In cubes that grow until no voxel outside can be nearer.
+  // Searches growing cubes, until no voxel outside can be nearer.
   for (double reach = std::min(kBrickEdge / 2.0, farthest);;
        reach = std::min(2.0 * reach, farthest)) {
     obstacles.visit(intersect(cubeAround(*voxel, reach), area), [&](const Cell& obstacle) {

@@ -7,19 +7,19 @@
 
 namespace cuboid_mapping {
 
-/// The voxels of a map that are in the way: the occupied ones, and the unknown ones if the policy
-/// is kStop. A view of the map as it is at each call. isAny() and visit() let others have a turn at the
-/// map between two bricks, and end when the budget is spent. Not thread-safe, because of the budget.
+/// The obstacles of a map: occupied voxels, and unknown ones if the policy is kStop. Each call reads the
+/// current map. Between two bricks, isAny() and visit() let others get their turn at the map; they end when the
+/// budget is spent. Not thread-safe, because of the budget.
 class Obstacles {
  public:
   /// @param budget  Must outlive this object.
   Obstacles(const CuboidMap& map, UnknownPolicy policy, Budget& budget = Budget::unlimited())
       : voxels_(map.voxels()), budget_(budget), blocks_unknown_(policy == UnknownPolicy::kStop) {}
 
-  /// The voxels of a brick that are in the way. @param brick  Its least cell. @complexity O(1).
+  /// The obstacles of a brick. @param brick  Its least cell. @complexity O(1) on average.
   [[nodiscard]] BrickMask inBrick(const Cell& brick) const;
 
-  /// Whether any voxel of a box is in the way; true when the budget is spent.
+  /// Whether any voxel of a box is an obstacle; true when the budget is spent.
   /// @complexity O(bricks of the box).
   [[nodiscard]] bool isAny(const CellBox& box) const {
     return anyBrick(box, [&](const Cell& brick) {
@@ -27,7 +27,8 @@ class Obstacles {
     });
   }
 
-  /// Visits the voxels in the way. @param visit  (const Cell&).
+  /// Visits the obstacles in a box. @param visit  (const Cell&). @complexity O(bricks of the box, and
+  /// obstacles).
   template <typename VisitorT>
   void visit(const CellBox& box, VisitorT visit) const {
     (void)anyBrick(box, [&](const Cell& brick) {

@@ -11,7 +11,7 @@
 namespace cuboid_mapping {
 namespace {
 
-/// Overlap in voxels that is none; that of Grid::toCellBox.
+/// Overlaps up to this, in voxels, do not count, as in Grid::toCellBox.
 constexpr double kTouch = 1e-6;
 
 /// A part of a motion, from 0 to 1.
@@ -30,7 +30,7 @@ struct Sweep {
 
   [[nodiscard]] Eigen::Vector3d at(double t) const { return from + t * motion; }
 
-  /// The part of a part in which the box overlaps a slab of space.
+  /// The part of `part` in which the box overlaps a slab of space.
   [[nodiscard]] Part clip(const Part& part, int axis, double low, double high) const {
     const double lower = low - half[axis] + kTouch - from[axis];
     const double upper = high + half[axis] - kTouch - from[axis];
@@ -41,14 +41,14 @@ struct Sweep {
             std::min(part.leave, std::max(t_lower, t_upper))};
   }
 
-  /// The part in which the box meets a voxel.
+  /// The part of the motion in which the box meets a voxel.
   [[nodiscard]] Part findContact(const Cell& voxel) const {
     Part part;
     for (int axis = 0; axis < 3; ++axis) part = clip(part, axis, voxel[axis], voxel[axis] + 1.0);
     return part;
   }
 
-  /// All voxels that the box can meet in a part of the motion, and a few more.
+  /// A box that contains all voxels that the moving box can meet in a part of the motion.
   [[nodiscard]] CellBox bounds(const Part& part) const {
     const Eigen::Vector3d a = at(part.enter);
     const Eigen::Vector3d b = at(part.leave);
@@ -71,8 +71,8 @@ class SweptBricks {
     sweep.motion.cwiseAbs().maxCoeff(&main_axis_);
   }
 
-  /// @param visit  (const Cell& brick, const Part&): the part in which the box meets the brick. It returns until when
-  /// the motion is still of interest; less than 0 ends the visit.
+  /// Visits the bricks. @param visit  (const Cell& brick, const Part&) -> double: gets the part in which the
+  /// box meets the brick, and returns the end of the part still to be visited; less than 0 ends the visit.
   template <typename VisitorT>
   void visit(const VisitorT& visit) {
     visitSlabs(0, Cell(), Part(), visit);
@@ -90,7 +90,7 @@ class SweptBricks {
       brick[axis] = is_forward ? first[axis] + from : last - from;
       const Part inside = sweep_.clip(part, axis, brick[axis], brick[axis] + 1.0 * kBrickEdge);
       if (inside.isEmpty()) continue;
-      if (inside.enter >= until_) return;  // So are the slabs behind.
+      if (inside.enter >= until_) return;  // All later slabs begin later, too.
       if (depth < 2) {
         visitSlabs(depth + 1, brick, inside, visit);
       } else {

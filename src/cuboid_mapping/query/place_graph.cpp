@@ -4,7 +4,7 @@
 namespace cuboid_mapping {
 namespace {
 
-/// Count of a node, by its memory here and in a search.
+/// Cost of a node, for its memory here and in a search.
 constexpr std::uint64_t kNode = 8;
 
 /// Voxels of a box of the brick at the origin, in each of its slices.

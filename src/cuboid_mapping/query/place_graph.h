@@ -15,7 +15,7 @@ namespace cuboid_mapping {
 /// obstacles is spent. Not thread-safe.
 class PlaceGraph {
  public:
-  /// Number of a node, from 0 on in the order in which they were made. It stays.
+  /// Number of a node: constant, counted from 0 in the order of creation.
   using NodeIndex = std::uint32_t;
   /// No node has this number.
   static constexpr NodeIndex kNoNode = 0xFFFFFFFFU;

@@ -39,7 +39,7 @@ class PoseLattice {
     return {(place.x + 0.5) * edge_m_, (place.y + 0.5) * edge_m_, place.z * edge_m_ + height_m_};
   }
   [[nodiscard]] Eigen::Isometry3d pose(const LatticePose& at) const;
-  /// The poses that one step leads to.
+  /// The poses one step away.
   void findNeighbors(const LatticePose& at, std::vector<LatticePose>& neighbors) const;
   /// The poses less than one step away on each axis and in heading.
   [[nodiscard]] std::vector<LatticePose> findAround(const Eigen::Isometry3d& pose) const;

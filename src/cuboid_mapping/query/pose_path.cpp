@@ -39,7 +39,7 @@ CellBox findRegion(const CuboidMap& map, const PosePathTask& task) {
   return intersect({region.min - margin, region.max + margin}, kAllCells);
 }
 
-/// Index of a late pose that a straight motion leads to; at least the next one.
+/// Index of a pose as late as possible that a free straight motion reaches; at least the next one.
 std::size_t findFarthest(const PoseWay& way, std::size_t from, BodyProbe& probe) {
   const auto is_free = [&](std::size_t to) {
     return isFree(probe, BodyMotion(way[from], way[to]));

@@ -10,7 +10,7 @@
 namespace cuboid_mapping {
 namespace {
 
-/// How far a part reaches from the origin of its body.
+/// Greatest distance of a point of a part from the origin of its body.
 ///@{
 double reachOf(const BodySphere& sphere) { return sphere.center_body.norm() + sphere.radius_m; }
 double reachOf(const BodyBox& box) {
@@ -18,7 +18,7 @@ double reachOf(const BodyBox& box) {
 }
 ///@}
 
-/// Why a part is none; its size and its reach.
+/// Reason why a part is invalid, from its size and its reach; empty if it is valid.
 std::string findFault(double size_m, double reach_m, const Grid& grid) {
   const double min_m = Body::kMinSize * grid.resolution();
   const double max_m = Body::kMaxReach * grid.resolution();

@@ -7,7 +7,7 @@
 namespace cuboid_mapping {
 namespace {
 
-/// Count of a node, by its memory.
+/// Cost of a node, for its memory.
 constexpr std::uint64_t kPoseNode = 16;
 
 Cell keyOf(const LatticePose& at) {
@@ -150,7 +150,7 @@ bool PoseSearch::isOpen(Number from, Number to) {
 bool PoseSearch::isOpen(const Cell& place) {
   const auto [found, is_new] = open_places_.emplace(place, false);
   if (!is_new) return found->second;
-  // Half a step, and the tolerance of checkMotion(), so that both have the same answer.
+  // Half a step, and the tolerance of checkMotion(), so that both give the same answer.
   const double half_m = (0.5 + 2.0 * kMotionTolerance) * body_.grid().resolution();
   const Sway sway{Eigen::Vector3d(half_m, half_m, task_.may_climb ? half_m : 0.0),
                   Eigen::Vector3d::Zero()};

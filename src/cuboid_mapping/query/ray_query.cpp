@@ -8,13 +8,13 @@
 namespace cuboid_mapping {
 namespace {
 
-/// A stretch of a ray shorter than this is a touch, or a rounding error, in voxels.
+/// Shorter stretches of a ray do not count: they are touches or rounding errors. In voxels.
 constexpr double kNoStretch = 1e-9;
-/// A ray that goes less per voxel of its length does not move along an axis.
+/// A ray with a smaller component of its unit vector does not move along that axis.
 constexpr double kStandstill = 1e-100;
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
-/// Goes along a ray from voxel to voxel, or over a whole brick. Lengths are in voxels.
+/// Walks along a ray from voxel to voxel, or over a whole brick. Lengths are in voxels.
 /// J. Amanatides and A. Woo, "A Fast Voxel Traversal Algorithm for Ray Tracing", 1987.
 class VoxelWalk {
  public:
@@ -125,7 +125,7 @@ class UnknownMeter {
   static constexpr bool kIsAsked = true;
   UnknownMeter(double range, UnknownPolicy policy) : range_(range), policy_(policy) {}
 
-  /// Adds a stretch. @return Whether the ray ends where it begins.
+  /// Adds a stretch of unknown space. @return Whether the ray ends at its begin.
   bool pass(double enter, double leave) {
     const double stretch = std::min(leave, range_) - enter;
     if (stretch <= kNoStretch) return false;

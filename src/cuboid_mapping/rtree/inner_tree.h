@@ -27,13 +27,14 @@ class InnerTree {
   /// Frees reserved memory that is not needed.
   void trim() noexcept { nodes_.trim(); }
 
-  /// Adds a leaf node by least expansion. @pre It is not in the tree. @complexity O(M log n).
+  /// Adds a leaf node by least expansion. @pre It is not in the tree. @complexity O(M log n), a split O(M^2).
   void insert(const Branch& leaf) noexcept;
-  /// Adds a leaf node that was split off another one to the other's parent. @complexity As insert().
+  /// Adds a leaf node that was split off `leaf` to the parent of `leaf`. @complexity As insert().
   void insertBeside(NodeIndex leaf, const Branch& sibling) noexcept;
   /// Updates the MBRs above a leaf node whose content has changed. @complexity O(M log n).
   void update(const Branch& leaf) noexcept;
-  /// Removes a leaf node, and condenses. @pre It is in the tree. @complexity O(M^2 log n).
+  /// Removes a leaf node, and condenses. @pre It is in the tree.
+  /// @complexity O(M log n); O(M^2 log^2 n) if nodes of all levels are condensed.
   void remove(NodeIndex leaf) noexcept;
 
   /// Whether there is no leaf node.
@@ -58,7 +59,7 @@ class InnerTree {
   [[nodiscard]] NodeIndex parentOf(NodeIndex leaf) const {
     return leaf < leaf_parents_.size() ? leaf_parents_[leaf] : kNoNode;
   }
-  /// Asks the processor to fetch an inner node.
+  /// Prefetches an inner node.
   [[gnu::always_inline]] void prefetch(NodeIndex index) const { nodes_.prefetch(index); }
   /// The only leaf node while height() is 1.
   [[nodiscard]] const Branch& onlyLeaf() const { return only_leaf_; }

@@ -23,7 +23,7 @@ class RTree {
   /// Frees reserved memory that is not needed.
   void trim() noexcept;
 
-  /// Inserts one cuboid. @pre Memory is reserved. @complexity O(M log n), a split O(M^2).
+  /// Inserts one cuboid. @pre Memory is reserved. @complexity As InnerTree::insert().
   void insertReserved(const Cuboid& cuboid) noexcept;
   /// Removes one cuboid with exactly this box. @pre Memory is reserved. @return false if there is
   /// none.
@@ -57,7 +57,7 @@ class RTree {
   [[nodiscard]] const InnerTree& inner() const { return inner_; }
   /// A leaf node; its branches are cuboids.
   [[nodiscard]] const Node& leaf(NodeIndex index) const { return leaves_[index]; }
-  /// Asks the processor to fetch a leaf node.
+  /// Prefetches a leaf node.
   [[gnu::always_inline]] void prefetchLeaf(NodeIndex index) const { leaves_.prefetch(index); }
   /// Number of leaf nodes.
   [[nodiscard]] std::size_t numLeafNodes() const { return leaves_.size(); }

@@ -50,8 +50,8 @@ Visit visitLeavesBelow(const InnerTree& tree, NodeIndex index, int level, const 
 
 /// Visits the leaf nodes whose MBRs share a cell with the window and which may hold cuboids that
 /// pass the filter, in no particular order.
-/// @param prefetch_leaf  (NodeIndex, int stage): called for some leaf nodes before they are visited, in stages 0
-///                       and 1, so that the second can use data that the first has fetched.
+/// @param prefetch_leaf  (NodeIndex, int stage): called for some leaf nodes before they are visited, in stages
+///                       0 and 1, so that the second can use data that the first has fetched.
 /// @param visit_leaf  (NodeIndex) -> Visit.
 template <typename PrefetchT, typename VisitT>
 void visitLeaves(const InnerTree& tree, const CellBox& window, CuboidFilter filter,

@@ -27,8 +27,8 @@ using BrickKey = std::uint64_t;
 /// The voxels of one brick that the beams of a cloud have marked. Each mask is a cache line.
 struct alignas(64) BrickMarks {
   BrickMask hits{};  ///< Voxels in which a beam ends.
-  /// Misses of beams along z, y and x, one word for each slab of the brick: [0] word z, bit 8 * y + x, as in any BrickMask;
-  /// [1] word y, bit 8 * z + x; [2] word x, bit 8 * z + y.
+  /// Misses of beams along z, y and x, one word for each slab of the brick: [0] word z, bit 8 * y + x, as in
+  /// any BrickMask; [1] word y, bit 8 * z + x; [2] word x, bit 8 * z + y.
   std::array<BrickMask, 3> misses{};
 
   /// All misses.

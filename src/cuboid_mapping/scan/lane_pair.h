@@ -3,8 +3,8 @@
 
 namespace cuboid_mapping::lanes {
 
-/// Two vectors of one register each, as one vector: gcc compares and selects lane by lane where a vector is wider than a register.
-/// A number counts as a vector of equal lanes.
+/// Two vectors of one register each, as one vector: gcc compares and selects lane by lane where a vector is
+/// wider than a register. A number counts as a vector of equal lanes.
 template <typename HalfT>
 struct LanePair {
   using Half = HalfT;

@@ -182,8 +182,9 @@ Eigen::Vector3f ScanUpdater::marginOf(const BeamSource& source, const Eigen::Vec
   return source.scan.origin + (end - source.scan.origin) * part;
 }
 
-/// As markWithMargin(), without the hits, for a batch of returns. @return Beams that are marked: none that is cut, or not longer
+/// As markWithMargin() without the hits, for a batch of returns. Leaves out cut beams, and beams not longer
 /// than the margin.
+/// @return The marked beams.
 std::uint32_t ScanUpdater::markBatchWithMargin(const BeamSource& source,
                                                const Eigen::Vector3f* ends, const RayBatch& rays,
                                                Share& share) const {

@@ -17,8 +17,8 @@
 
 namespace cuboid_mapping {
 
-/// Reduces an update to that of a sensor that only marks, or only clears: removes its misses; or its hits, whose
-/// voxels then are not observed.
+/// Reduces an update to that of a sensor that only marks, by removing its misses; or only clears, by removing
+/// its hits, whose voxels then are not observed.
 ///@{
 void keepMarks(ScanUpdate& update);
 void keepClears(ScanUpdate& update);
@@ -39,7 +39,7 @@ class ScanUpdater {
       : ScanUpdater(grid, BeamRanges{max_range_m}, threads, sampling) {}
   ///@}
 
-  /// @return valid until the next call.
+  /// The observations of a scan. @return Valid until the next call.
   /// @complexity O(voxels passed), and O(b log b) for b touched bricks.
   const ScanUpdate& compute(const Scan& scan) { return compute(&scan, 1); }
 
@@ -87,7 +87,8 @@ class ScanUpdater {
                                                   Share& share) const;
   [[nodiscard]] std::uint32_t addBatch(const BeamSource& source, const Eigen::Vector3f* ends,
                                        int count, bool are_returns, Share& share) const;
-  /// The beam to a point, cut at the maximum range. @return Nothing if it is too far, which is counted.
+  /// The beam to a point, cut at the maximum range. @return Nothing if it is out of range or too far, which is
+  /// counted.
   [[nodiscard]] std::optional<Ray> cutRay(const BeamSource& source, const Eigen::Vector3f& end,
                                           bool& is_cut, Share& share) const;
   void addBeam(const BeamSource& source, const Eigen::Vector3f& end, bool is_return,

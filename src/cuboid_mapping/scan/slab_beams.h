@@ -41,8 +41,8 @@ struct SlabBeams {
 
 /// Sets up beams for the walk.
 /// @param rays, base  As for markSlabs().
-/// @return Beams that are set up. Left out are those that end too near a border to decide whether they cross it, that do not leave
-/// their first slab, or that pass more than kMaxSlabs.
+/// @return Beams that are set up: all except beams that end too near a border to decide whether they cross it,
+/// do not leave their first slab, or pass more than kMaxSlabs.
 [[nodiscard]] std::uint32_t setUpSlabBeams(const RayBatch& rays, const Cell& base,
                                            SlabBeams& beams);
 

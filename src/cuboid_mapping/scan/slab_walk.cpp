@@ -20,8 +20,8 @@ constexpr int kLaneBits = 27;
 constexpr std::int32_t kFraction = (1 << kLaneBits) - 1;
 /// Error of lanes: up to 8 units too low, and one more for rounding.
 constexpr std::int32_t kBelow = static_cast<std::int32_t>(kUnsure >> (kPhaseBits - kLaneBits)) + 9;
-/// Largest error of the difference of two fractions times slopes. Lanes may be 9 units too low, rounding may move each by 32, and a
-/// float holds 24 bits of them.
+/// Largest error of the difference of two fractions times slopes. Lanes may be 9 units too low, rounding may
+/// move each by 32, and a float holds 24 bits of them.
 constexpr float kOrderUnsure = 128.0F;
 
 /// The slab of each lane: the lower halves of 64 bits have slabs 0 to 3.
@@ -92,7 +92,8 @@ struct SlabPlaces {
   }
 };
 
-/// @param rows  Rows 0 to 15. @return Their bits in places, not mirrored: bit 3, for the next brick, goes to kNextRow.
+/// @param rows  Rows 0 to 15. @return Their bits in places, not mirrored: bit 3, for the next brick, goes to
+///              kNextRow.
 Lanes rowPlaces(const Lanes& rows) { return (rows | rows << 4) & (7 | kNextRow); }
 
 /// The same of words, whose bit 3 goes to kNextWord.

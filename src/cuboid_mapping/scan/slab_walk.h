@@ -8,16 +8,17 @@
 
 namespace cuboid_mapping {
 
-/// Marks the voxels that walkRay() passes, and the voxel of the end, as misses: eight slabs at a time, without a branch on
-/// the places of crossings in a brick, which processors cannot predict.
+/// Marks the voxels that walkRay() passes, and the voxel of the end, as misses: eight slabs at a time, without
+/// a branch on the places of crossings in a brick, which processors cannot predict.
 ///
 /// A slab is the space between two neighbouring voxel borders on the axis along which the beam is
 /// longest. The beam crosses at most one border of each other axis in a slab. A fixed-point phase per
 /// axis gives the voxels where it enters and leaves each slab of a brick.
 ///
-/// The phases are rounded, and the function decides nothing to the last bit: it gives a beam up, and walkRay() has to mark it, if
-/// two borders are closer than 2^-22 voxels, if it ends too near a border, or if it does not leave its first slab. This is
-/// rare. Only if the origin lies on borders of voxels, as a map's origin often does, walkRay()'s first steps are taken one by one.
+/// Phases are rounded. Where rounding could decide, the function leaves the beam to walkRay(): if two borders
+/// are closer than 2^-22 voxels, if the beam ends too near a border, or if it does not leave its first slab.
+/// This is rare. If the origin lies on borders of voxels, as a map's origin often does, it takes the first
+/// steps of walkRay() one by one.
 ///
 /// @param rays  Rays to walk; afterwards they start after those steps.
 /// @param base  Base of the brick numbers; starts and ends minus it are in [0, 2^24).

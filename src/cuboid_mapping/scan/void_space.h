@@ -12,19 +12,20 @@
 
 namespace cuboid_mapping {
 
-/// Voxels that were certainly empty once, so that no static object can be in them: an object seen in them before
-/// or after has moved. After DUFOMap (Duberg, Zhang, Jia and Jensfelt, 2024), cloud by cloud.
+/// Void voxels: they were certainly empty once, so that an object seen in them at any time has moved. After
+/// DUFOMap (Duberg, Zhang, Jia and Jensfelt, 2024), cloud by cloud.
 ///
-/// A voxel becomes void by one cloud whose beams pass it and all of its 26 neighbours, and end in none of them. Thanks to
-/// the neighbours, neither a slightly wrong pose or range, nor a beam that grazes a surface, makes
-/// the surface void. A void voxel stays void until it is forgotten. Not thread-safe.
+/// A voxel becomes void if the beams of one cloud pass it and all of its 26 neighbours, and end in none of
+/// them. The neighbours protect surfaces against slightly wrong poses and ranges, and beams that graze them. A
+/// void voxel stays void until it is forgotten. Not thread-safe.
 class VoidSpace {
  public:
   /// Adds a cloud's observations. @complexity O(bricks of the update).
   void add(const ScanUpdate& update);
 
-  /// Forgets the pages (page.h) that share no voxel with a box, and that none of the last clouds has touched.
-  /// @param idle_clouds  Number of these clouds. @complexity O(pages with void voxels).
+  /// Forgets pages (page.h) that share no voxel with a box, and that none of the last `idle_clouds` clouds has
+  /// touched.
+  /// @complexity O(pages with void voxels).
   void forgetOutside(const CellBox& box, std::uint64_t idle_clouds);
 
   /// Number of bricks with void voxels.

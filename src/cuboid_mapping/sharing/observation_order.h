@@ -79,9 +79,9 @@ struct MergeCounts {
 
 /// Puts observations of several robots into one order: by stamp, then robot, session and sequence.
 ///
-/// An observation waits until another arrives whose stamp is `delay` later, or until none has arrived for
-/// `delay`. Then it is released. So observations that arrive within `delay` of the newest stamp are released in order,
-/// whatever their order of arrival; a later one is released at once, and counted. Times come from any clock that does
+/// An observation is released when another with a stamp `delay` later has arrived, or when none has arrived for
+/// `delay`. So observations with stamps within `delay` of the newest one are released in order, whatever their
+/// order of arrival; an older one is released at once, and counted as late. Times come from any clock that does
 /// not jump. Not thread-safe.
 class ObservationOrder {
  public:
@@ -93,11 +93,11 @@ class ObservationOrder {
   /// Observations to apply now, in this order.
   [[nodiscard]] std::vector<RobotObservation> takeDue(double now_s);
 
-  /// Observations that seem to be lost: gaps, and observations after the last one of a robot that has been
-  /// silent for a second.
+  /// Observations that may be lost: in gaps, and after the last one of a robot that has been silent for a
+  /// second. At most one question for each robot.
   [[nodiscard]] std::vector<ObservationQuestion> findQuestions(double now_s) const;
-  /// Notes that the robot has sent all that it still has, up to this sequence: missing observations up to there are not
-  /// requested again, but accepted if they arrive. With 0, it has nothing of this session any more.
+  /// Notes that the robot has sent all that it still has, up to this sequence: missing observations up to there
+  /// are not requested again, but accepted if they arrive. With 0, it has nothing of this session any more.
   void noteAnswered(const ObservationQuestion& question, std::uint64_t complete_to);
 
   [[nodiscard]] MergeCounts counts() const;
@@ -106,8 +106,8 @@ class ObservationOrder {
   void noteApplied(const RobotObservation& observation);
   /// The observations in the map. Save it with the map, so that another program continues with both: start().
   [[nodiscard]] MergeProgress progress() const;
-  /// Continues where another program has stopped: observations that it had not applied are requested. Until all robots have
-  /// answered, or for ten seconds, nothing is released, since answers would be out of order.
+  /// Continues where another program has stopped: observations that it had not applied are requested. Until all
+  /// robots have answered, or for ten seconds, nothing is released, since answers would be out of order.
   /// @pre No observation has arrived yet.
   void start(const MergeProgress& progress, double now_s);
 

@@ -91,7 +91,7 @@ class BrickTable {
     item(slots_[hole]).brick.x = static_cast<std::int32_t>(first_free_);
     first_free_ = slots_[hole];
     --num_items_;
-    // Moves items up that were put behind the hole because it was taken.
+    // Moves items up that lie behind the hole because it was taken.
     for (std::size_t slot = next(hole); slots_[slot] != kFree; slot = next(slot)) {
       const std::size_t home = homeOf(item(slots_[slot]).brick);
       if (((slot - home) & lastSlot()) < ((slot - hole) & lastSlot())) continue;
@@ -126,7 +126,7 @@ class BrickTable {
   ///@}
 
   /// Calls visit(item) for each item whose brick shares a cell with a box.
-  /// @complexity O(bricks of the box), or O(size()) if that is less.
+  /// @complexity O(bricks of the box), or O(slots of the table) if these are fewer.
   template <typename VisitorT>
   void forEachIn(const CellBox& box, VisitorT visit) const {
     if (numBricks(box) > static_cast<double>(slots_.size())) {

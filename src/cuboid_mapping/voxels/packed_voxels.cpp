@@ -66,7 +66,7 @@ struct Move {
   bool is_last = false;  ///< No voxel keeps the old log-odds.
 };
 
-/// Moves of a brick, mostly few. Allocates nothing for a few, and does not set them to 0.
+/// Moves of a brick. The first few need no allocation, and are not initialized.
 class Moves {
  public:
   void push(const Move& move) {

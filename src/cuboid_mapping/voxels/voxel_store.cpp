@@ -14,7 +14,7 @@ namespace {
 /// Number of bricks that a thread takes at a time.
 constexpr std::size_t kPartBricks = 64;
 
-/// Computes the changes that follow from new voxels.
+/// Completes a reclassified brick: counts, bounds, cuboids.
 void complete(const PackedVoxels& before, const VoxelStore::Work& work,
               VoxelStore::PendingBrick& brick) {
   brick.is_gone = brick.voxels.isEmpty();
@@ -93,7 +93,7 @@ VoxelStore::PendingChange VoxelStore::prepare(std::size_t count, const Work& wor
   parallelFor((count + kPartBricks - 1) / kPartBricks, work.threads, [&](std::size_t part) {
     const std::size_t begin = part * kPartBricks;
     const std::size_t end = std::min(count, begin + kPartBricks);
-    // Prefetched together, so that the processor waits once for many.
+    // Prefetches many bricks together, so that the processor waits for memory once.
     for (std::size_t i = begin; i < end; ++i) table.prefetchSlot(brick_of(i));
     for (std::size_t i = begin; i < end; ++i) table.prefetchItem(brick_of(i));
     for (std::size_t i = begin; i < end; ++i) {
