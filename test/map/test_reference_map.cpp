@@ -59,7 +59,7 @@ struct ReferenceMap {
 };
 
 /// The voxels of a map, one by one.
-std::map<Cell, float> voxelsOf(const CuboidMap& map) {
+std::map<Cell, float> valuesOf(const CuboidMap& map) {
   std::map<Cell, float> voxels;
   map.voxels().forEach([&](const VoxelBrick& brick) {
     VoxelValues values;
@@ -272,7 +272,7 @@ class Stream {
   }
 
   void check(int kind) {
-    ASSERT_EQ(voxelsOf(map_), reference_.voxels) << "step of kind " << kind;
+    ASSERT_EQ(valuesOf(map_), reference_.voxels) << "step of kind " << kind;
     ASSERT_EQ(checkMap(map_), std::vector<std::string>{}) << "step of kind " << kind;
     ASSERT_EQ(copy_.cuboids(), test::allCuboids(map_)) << "step of kind " << kind;
     if (random_.chance(0.5)) checkFollower();
@@ -289,7 +289,7 @@ class Stream {
     }
     changes_ = {};
     told_ = map_.revision();
-    ASSERT_EQ(voxelsOf(*follower_.map()), reference_.voxels);
+    ASSERT_EQ(valuesOf(*follower_.map()), reference_.voxels);
     ASSERT_EQ(checkMap(*follower_.map()), std::vector<std::string>{});
   }
 

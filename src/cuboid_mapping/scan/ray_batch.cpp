@@ -40,7 +40,7 @@ Doubles toDoubles(const Floats& floats) { return __builtin_convertvector(floats,
 Floats toFloats(const Doubles& doubles) { return __builtin_convertvector(doubles, Floats); }
 
 /// @param count  Number of points; later lanes are copies of the last.
-FloatVectors load(const Eigen::Vector3f* points, int count) {
+FloatVectors loadPoints(const Eigen::Vector3f* points, int count) {
   FloatVectors loaded;
   for (int i = 0; i < 4; ++i) {
     const float* point = points[std::min(i, count - 1)].data();
@@ -114,7 +114,7 @@ void computeRays(const RayOrigin& origin, const Eigen::Vector3f* ends, int count
   rays.taken = 0;
   rays.cut = 0;
   for (int first = 0; first < count; first += 4) {
-    FloatVectors four = load(ends + first, count - first);
+    FloatVectors four = loadPoints(ends + first, count - first);
     if (std::isfinite(max_range_m)) {
       rays.cut |= toBits(cutBeams(origin.point(), max_range_m, four)) << first;
     }

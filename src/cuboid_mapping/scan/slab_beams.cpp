@@ -50,7 +50,7 @@ struct AxisOfBeams {
 };
 
 /// Selects one axis or the other for each beam.
-AxisOfBeams select(const Longs& which, const AxisOfBeams& a, const AxisOfBeams& b) {
+AxisOfBeams pick(const Longs& which, const AxisOfBeams& a, const AxisOfBeams& b) {
   AxisOfBeams selected = b;
   selected.t_first = which ? a.t_first : b.t_first;
   selected.t_last = which ? a.t_last : b.t_last;
@@ -85,12 +85,12 @@ Longs setUp(const RayBatch& rays, const Cell& base, int first, SlabBeams& beams)
   const AxisOfBeams y(rays, base, 1, first);
   const AxisOfBeams z(rays, base, 2, first);
   const Longs is_y = (y.num_borders > 0.0) & (y.t_delta < x.t_delta);
-  const AxisOfBeams longer = select(is_y, y, x);
+  const AxisOfBeams longer = pick(is_y, y, x);
   const Longs is_z = (z.num_borders > 0.0) & (z.t_delta < longer.t_delta);
-  const AxisOfBeams along = select(is_z, z, longer);
+  const AxisOfBeams along = pick(is_z, z, longer);
   const Longs is_backward = along.is_down;
-  setUpAcross(select(is_y | is_z, x, y), along, is_backward, first, beams.row);
-  setUpAcross(select(is_z, y, z), along, is_backward, first, beams.word);
+  setUpAcross(pick(is_y | is_z, x, y), along, is_backward, first, beams.row);
+  setUpAcross(pick(is_z, y, z), along, is_backward, first, beams.word);
 
   store(is_z ? Longs{} + 2 : is_y & 1, &beams.along[first]);
   store(along.num_borders, &beams.num_slabs[first]);

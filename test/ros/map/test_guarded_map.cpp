@@ -24,7 +24,12 @@ using cuboid_mapping::ChangeSet;
 using cuboid_mapping::Cuboid;
 using cuboid_mapping::CuboidMap;
 using cuboid_mapping::ScanUpdate;
-namespace test = cuboid_mapping::test;
+using cuboid_mapping::test::allCuboids;
+using cuboid_mapping::test::FollowingCopy;
+using cuboid_mapping::test::mortonOf;
+using cuboid_mapping::test::Random;
+using cuboid_mapping::test::randomUpdate;
+using cuboid_mapping::test::voxelsOf;
 
 cuboid_mapping::MapConfig makeConfig() {
   cuboid_mapping::MapConfig config;
@@ -35,13 +40,13 @@ cuboid_mapping::MapConfig makeConfig() {
 /// Offset of equal observations in bricks of two groups: no reader may see a map in which they differ.
 constexpr std::int32_t kTwinOffset = 3 * cuboid_mapping::kGroupEdge;
 
-ScanUpdate makeTwins(test::Random& random) {
-  ScanUpdate update = test::randomUpdate(random, {{0, 0, 0}, {4, 4, 4}}, 20);
+ScanUpdate makeTwins(Random& random) {
+  ScanUpdate update = randomUpdate(random, {{0, 0, 0}, {4, 4, 4}}, 20);
   const std::size_t count = update.bricks.size();
   for (std::size_t i = 0; i < count; ++i) {
     cuboid_mapping::BrickUpdate twin = update.bricks[i];
     twin.brick.x += kTwinOffset;
-    twin.morton = test::mortonOf(twin.brick);
+    twin.morton = mortonOf(twin.brick);
     update.bricks.push_back(twin);
   }
   return update;
@@ -56,7 +61,7 @@ std::vector<Cuboid> cuboidsOfGroup(const CuboidMap& map, std::int32_t offset) {
     cuboid.box.min.x -= offset;
     cuboid.box.max.x -= offset;
   }
-  return test::sorted(std::move(cuboids));
+  return cuboid_mapping::test::sorted(std::move(cuboids));
 }
 
 TEST(GuardedMap, ShowsReadersOneRevisionWhileCloudsComeIn) {
@@ -82,8 +87,8 @@ TEST(GuardedMap, ShowsReadersOneRevisionWhileCloudsComeIn) {
       }
     });
   }
-  test::FollowingCopy copy;
-  test::Random random(41);
+  FollowingCopy copy;
+  Random random(41);
   int num_changes = 0;
   for (int cloud = 0; cloud < kClouds || num_reads < 20; ++cloud) {
     const ScanUpdate update = makeTwins(random);
@@ -98,7 +103,7 @@ TEST(GuardedMap, ShowsReadersOneRevisionWhileCloudsComeIn) {
   const ChangeSet changes = map.takeChanges();
   map.read([&](const CuboidMap& content, const ros::Time& /*stamp*/) {
     copy.follow(content, changes);
-    EXPECT_EQ(copy.cuboids(), test::allCuboids(content));
+    EXPECT_EQ(copy.cuboids(), allCuboids(content));
   });
   EXPECT_TRUE(map.takeChanges().bricks.empty());
 }
@@ -119,16 +124,16 @@ TEST(GuardedMap, LosesNoEditWhileACloudIsWorkedOut) {
     }
     is_done = true;
   });
-  test::Random random(44);
+  Random random(44);
   while (!is_done) {
-    const ScanUpdate update = test::randomUpdate(random, {{-9, -9, -9}, {9, 9, 9}}, 100);
+    const ScanUpdate update = randomUpdate(random, {{-9, -9, -9}, {9, 9, 9}}, 100);
     map.integrate(ros::Time(1.0), update, cuboid_mapping::SensorModel(), {});
     (void)expected.apply(update);
   }
   editor.join();
   for (std::int32_t i = 0; i < kEdits; ++i) (void)edit(expected, i);
   map.read([&](const CuboidMap& content, const ros::Time&) {
-    EXPECT_EQ(test::voxelsOf(content), test::voxelsOf(expected));
+    EXPECT_EQ(voxelsOf(content), voxelsOf(expected));
   });
 }
 
@@ -241,7 +246,7 @@ TEST(GuardedMap, RemembersNoEndlessListOfBricksThatAreGone) {
 
 TEST(GuardedMap, TellsThatEverythingHasChangedAfterClear) {
   GuardedMap map(makeConfig());
-  test::Random random(42);
+  Random random(42);
   const auto apply = [&] {
     map.change(ros::Time(1.0),
                [&](CuboidMap& content) { return content.apply(makeTwins(random)); });

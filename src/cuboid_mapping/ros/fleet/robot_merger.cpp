@@ -25,7 +25,7 @@ using nlohmann::json;
 constexpr double kApplyPeriod_s = 0.05;
 constexpr double kAskPeriod_s = 0.5;
 /// Maximum number of received observations in the queue.
-constexpr std::uint32_t kQueueSize = 1000;
+constexpr std::uint32_t kObservationsKept = 1000;
 
 double mergeTime_s() { return ros::SteadyTime::now().toSec(); }
 
@@ -115,7 +115,7 @@ RobotMerger::RobotMerger(const ros::NodeHandle& nh, const ros::NodeHandle& askin
   order_.start(mergeProgressOfText(progress), mergeTime_s());
   for (const std::string& robot : parameters.fleet.robots) {
     subscribers_.push_back(
-        subscribeTo<Observation>(nh, robot + '/' + kObservationsTopic, kQueueSize,
+        subscribeTo<Observation>(nh, robot + '/' + kObservationsTopic, kObservationsKept,
                                  [this](const auto& message) { take(*message); }));
   }
   apply_timer_ = startTimer(nh, kApplyPeriod_s, [this] { applyDue(); });
