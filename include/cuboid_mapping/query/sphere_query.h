@@ -26,8 +26,11 @@ class SphereChecker {
  public:
   /// @param map, budget  Must outlive this object. The budget counts bricks that are looked at.
   SphereChecker(const CuboidMap& map, UnknownPolicy policy, Budget& budget = Budget::unlimited());
+  /// Takes over what another checker keeps; that one can only be destroyed or assigned to.
+  ///@{
   SphereChecker(SphereChecker&& other) noexcept;
   SphereChecker& operator=(SphereChecker&& other) noexcept;
+  ///@}
   ~SphereChecker();
 
   /// Answers for each of some balls. Those that touch the ones before them are faster.
