@@ -9,6 +9,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
+#include <vector>
 
 namespace cuboid_mapping {
 namespace {
@@ -78,6 +80,28 @@ TEST(SphereQuery, FindsEveryVoxelThatABallMeetsWhileTheMapChanges) {
   }
   EXPECT_GT(num_free, 1000);
   EXPECT_GT(num_blocked, 1000);
+}
+
+/// The large balls read so many bricks that those of the small ones are forgotten.
+TEST(SphereQuery, KnowsTheObstaclesOfSmallBallsAmongLargeOnes) {
+  CuboidMap map(sphereConfig());
+  std::vector<UniformBox> corners;
+  forEachBrick({{-40, -40, -40}, {40, 40, 40}}, [&](const Cell& brick) {
+    corners.push_back({{brick, brick + Cell{1, 1, 1}}, 1.0F});
+  });
+  map.replace({{-40, -40, -40}, {40, 40, 40}}, corners);
+  SphereChecker checker(map, UnknownPolicy::kPass);
+  Random random(16);
+  const Sphere small{{0.45, 0.45, 0.45}, 0.4};  // Meets voxel (0, 0, 0).
+  for (int i = 0; i < 400; ++i) {
+    const Sphere large{test::randomPoint(random, 6.0), 17.0 * kSphereEdge_m};
+    const std::vector<WayAnswer> answers = checker.check({small, large});
+    for (const auto& [sphere, answer] :
+         {std::pair(small, answers[0]), std::pair(large, answers[1])}) {
+      const bool is_free = depthOf(map, UnknownPolicy::kPass, sphere) < 0.0;
+      ASSERT_EQ(answer, is_free ? WayAnswer::kFree : WayAnswer::kBlocked) << "round " << i;
+    }
+  }
 }
 
 TEST(SphereQuery, FollowsAnEditBesideABallThatWasFree) {

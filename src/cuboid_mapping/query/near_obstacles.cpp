@@ -25,6 +25,7 @@ void NearObstacles::moveTo(const Ball& ball) {
   middle_ = half_ = 0.5F * toVector(end - first).cast<float>();
   near_.clear();
   cache_.trim();
+  generation_ = cache_.generation();
   free_radius_ = 0.0F;
   forEachBrick({first, end}, [&](const Cell& brick) {
     const BrickObstacles* found = cache_.find(brick);

@@ -69,7 +69,7 @@ class NearObstacles {
     const float reach = static_cast<float>(ball.radius()) + kRounding;
     Eigen::Array3f center = placeOf(ball);
     if (isInFree(center, reach)) return nullptr;
-    if (roomAround(center) < reach) {
+    if (generation_ != cache_.generation() || roomAround(center) < reach) {
       if (isMetAtCenter(ball)) return &met_;
       moveTo(ball);
       center = placeOf(ball);
@@ -126,6 +126,7 @@ class NearObstacles {
   Eigen::Array3f middle_ = Eigen::Array3f::Zero();         ///< Of the window, from its corner.
   Eigen::Array3f half_ = Eigen::Array3f::Constant(-1.0F);  ///< Half the edges of the window.
   std::vector<Near> near_;
+  std::uint64_t generation_ = 0;  ///< Of the numbers in near_: other shapes use the cache, too.
   Cell met_;  ///< The obstacle that the last ball met: the next one often meets it, too.
   bool has_met_ = false;
   Eigen::Array3f free_center_ = Eigen::Array3f::Zero();  ///< Of a ball without an obstacle.

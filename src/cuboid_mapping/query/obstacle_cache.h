@@ -26,12 +26,16 @@ class ObstacleCache {
 
   [[nodiscard]] Budget& budget() const { return obstacles_.budget(); }
 
-  /// Forgets all bricks when they are many. Their numbers end with this.
+  /// Forgets all bricks when they are many. Their numbers end with this, and a new generation begins.
   void trim() {
     if (found_.size() < kMaxFound) return;
     slots_.fill(Slot());
     found_.clear();
+    ++generation_;
   }
+
+  /// Generation of the numbers of obstacles.
+  [[nodiscard]] std::uint64_t generation() const { return generation_; }
 
   /// The obstacles of a brick; null: none. Valid until the next call; arbitrary if the budget is spent.
   [[nodiscard]] const BrickObstacles* find(const Cell& brick) {
@@ -66,6 +70,7 @@ class ObstacleCache {
   Obstacles obstacles_;
   std::array<Slot, kNumSlots> slots_;
   std::vector<BrickObstacles> found_;
+  std::uint64_t generation_ = 0;
 };
 
 }  // namespace cuboid_mapping
