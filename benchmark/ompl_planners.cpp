@@ -16,7 +16,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <ctime>
 #include <functional>
 #include <memory>
 #include <numeric>
@@ -173,9 +172,9 @@ void plan(const Scene& scene, const Task& task, const PrepareT& prepare, double 
   }
   setup.setStartAndGoalStates(from, to);
   setup.setup();
-  const std::clock_t begin = std::clock();
-  const bool is_solved = setup.solve(is_over) == ob::PlannerStatus::EXACT_SOLUTION;
-  plans.times_s.push_back(static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
+  bool is_solved = false;
+  plans.times_s.push_back(
+      timeOf([&] { is_solved = setup.solve(is_over) == ob::PlannerStatus::EXACT_SOLUTION; }).cpu_s);
   if (!is_solved) return;
   ++plans.num_solved;
   plans.length_m += setup.getSolutionPath().length();

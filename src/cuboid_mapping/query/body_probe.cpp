@@ -14,8 +14,7 @@ struct NoGrowth {
   [[nodiscard]] Eigen::Vector3d of(const BodyBox& /*box*/) const { return Eigen::Vector3d::Zero(); }
 };
 
-/// Growth of radii and half edges, in metres, with which a part covers its sway: a turn moves a point p by at
-/// most
+/// Growth of radii and half edges, in metres, with which a part covers its sway: a turn moves a point p by at most
 /// angle * |axis x p|, perpendicular to the axis.
 struct SwayGrowth {
   const Sway& sway;

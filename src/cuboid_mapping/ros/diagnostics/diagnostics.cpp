@@ -139,6 +139,16 @@ MapSummary readFigures(const CuboidMap& map) {
   return summary;
 }
 
+void addLastCloud(const NodeReport& report, diagnostic_updater::DiagnosticStatusWrapper& status) {
+  status.add("frames", describeFrames(report));
+  const std::string fault = describeClock(report);
+  if (fault.empty()) {
+    status.addf("cloud age when received [s]", "%.3f", report.last_cloud->age_s);
+  } else {
+    status.add("cloud age when received", fault);
+  }
+}
+
 void addWindow(const NodeReport& report, diagnostic_updater::DiagnosticStatusWrapper& status) {
   const WindowFigures& window = *report.window;
   status.add("window parts in memory", window.num_in_memory);
@@ -303,15 +313,7 @@ void fillStatus(const NodeReport& report, const NodeStatistics& last_report,
   status.add("points on the robot", statistics.num_on_robot);
   status.add("points out of range", statistics.num_out_of_range);
   status.add("points too far", statistics.num_too_far);
-  if (report.last_cloud) {
-    status.add("frames", describeFrames(report));
-    const std::string fault = describeClock(report);
-    if (fault.empty()) {
-      status.addf("cloud age when received [s]", "%.3f", report.last_cloud->age_s);
-    } else {
-      status.add("cloud age when received", fault);
-    }
-  }
+  if (report.last_cloud) addLastCloud(report, status);
   for (const SourceRate& rate : report.rates) {
     status.addf(rate.name.empty() ? "cloud rate [Hz]" : "cloud rate of " + rate.name + " [Hz]",
                 "%.2f", rate.rate_hz);
