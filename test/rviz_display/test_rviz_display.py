@@ -217,6 +217,7 @@ class TestDisplay(unittest.TestCase):
         node = start('rosrun', 'cuboid_mapping', 'cuboid_mapping_node', '__name:=mapping', '__ns:=/panel',
                      f'_map_file:={self.map}', '_resolution:=0.2')
         try:
+            rospy.wait_for_service('/panel/mapping/query_box', PATIENCE_S)
             self.expect_success(name)
         finally:
             stop(node)
