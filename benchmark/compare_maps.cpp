@@ -16,7 +16,7 @@ int run(int argc, char** argv) {
   if (!options.json_file.empty()) json.emplace(options.json_file);
   const std::vector<Scan> scans =
       readScans({options.dataset, options.cloud_topic, options.map_frame, options.clouds,
-                 options.laps, options.point_step});
+                 options.laps, options.point_step, options.every});
   const Comparison comparison = compareMaps(options, scans);
   printReport(options, scans, comparison);
   if (json) json->write(makeJsonReport(options, scans, comparison));

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <random>
 #include <stdexcept>
 
 namespace cuboid_mapping::bench {
@@ -28,9 +29,13 @@ struct Maps {
 /// Answers to all queries, in the order of Maps::all().
 using AllAnswers = std::vector<ByPlace<QueryAnswers>>;
 
+std::unique_ptr<CuboidAdapter> makeOwnMap(const Options& options) {
+  return std::make_unique<CuboidAdapter>(options.insertion, options.engine);
+}
+
 Maps makeMaps(const Options& options) {
   Maps maps;
-  maps.own = std::make_unique<CuboidAdapter>(options.insertion, options.engine);
+  maps.own = makeOwnMap(options);
   for (const Peer& peer : options.peers) maps.peers.push_back(peer.make(options.insertion));
   return maps;
 }
@@ -62,10 +67,16 @@ CloudTimes summarize(const std::vector<double>& clouds_ms) {
 
 /// Indexes of the maps in the order of one repetition: what a map finds in caches and heap depends on
 /// the one before.
-std::vector<std::size_t> makeOrder(std::size_t num_maps, std::size_t repetition) {
+/// @param seed  Of a random order; 0: every second repetition has the reverse one.
+std::vector<std::size_t> makeOrder(std::size_t num_maps, std::size_t repetition, int seed) {
   std::vector<std::size_t> order(num_maps);
   std::iota(order.begin(), order.end(), std::size_t{0});
-  if (repetition % 2 == 1) std::reverse(order.begin(), order.end());
+  if (seed > 0) {
+    std::seed_seq seeds{static_cast<std::size_t>(seed), repetition};
+    std::shuffle(order.begin(), order.end(), std::mt19937(seeds));
+  } else if (repetition % 2 == 1) {
+    std::reverse(order.begin(), order.end());
+  }
   return order;
 }
 
@@ -86,6 +97,44 @@ MapResult insertInto(MapAdapter& map, const std::vector<Scan>& scans, std::size_
   result.bytes_peak = peak.bytes();
   result.per_cloud = summarize(per_cloud_ms);
   return result;
+}
+
+TimeQuantiles quantilesOf(const std::vector<double>& times_ms) {
+  return {quantile(times_ms, 0.5), quantile(times_ms, 0.99), quantile(times_ms, 0.999),
+          quantile(times_ms, 1.0)};
+}
+
+/// Fills maps with all scans until enough clouds were timed.
+/// @param make_map  () -> std::unique_ptr<MapAdapter>, empty.
+template <typename MakeMapT>
+CloudSamples sampleClouds(const MakeMapT& make_map, const std::vector<Scan>& scans,
+                          std::size_t min_count) {
+  std::vector<double> wall_ms;
+  std::vector<double> cpu_ms;
+  ProgressBar progress("clouds sampled", min_count);
+  while (wall_ms.size() < min_count) {
+    const auto map = make_map();
+    for (const Scan& scan : scans) {
+      throwIfInterrupted();
+      const Timing timing = timeOf([&] { map->insert(scan); });
+      wall_ms.push_back(1e3 * timing.wall_s);
+      cpu_ms.push_back(1e3 * timing.cpu_s);
+    }
+    progress.update(std::min(min_count, wall_ms.size()));
+  }
+  return {wall_ms.size(), quantilesOf(wall_ms), quantilesOf(cpu_ms)};
+}
+
+void addSamples(const Options& options, const std::vector<Scan>& scans,
+                std::vector<MapResult>& results) {
+  if (options.cloud_samples == 0) return;
+  results[0].samples =
+      sampleClouds([&options] { return makeOwnMap(options); }, scans, options.cloud_samples);
+  for (std::size_t i = 0; i < options.peers.size(); ++i) {
+    results[i + 1].samples =
+        sampleClouds([&options, i] { return options.peers[i].make(options.insertion); }, scans,
+                     options.cloud_samples);
+  }
 }
 
 /// One map after the other takes all clouds, as a robot with that map would: from cloud to cloud,
@@ -199,7 +248,8 @@ Comparison compareMaps(const Options& options, const std::vector<Scan>& scans) {
   std::size_t steps = 0;
   while (runs.size() < repeat) {
     const Maps maps = makeMaps(options);
-    const std::vector<std::size_t> order = makeOrder(num_maps, runs.size());
+    const std::vector<std::size_t> order = makeOrder(num_maps, runs.size(), options.shuffle);
+    comparison.orders.push_back(order);
     runs.push_back(insertScans(maps, order, scans, steps, progress));
     if (!queries) queries = makeQueries(maps.own->map(), scans);
     const AllAnswers answers =
@@ -210,6 +260,7 @@ Comparison compareMaps(const Options& options, const std::vector<Scan>& scans) {
     measureHeap(maps, runs.back());
   }
   comparison.maps = takeMedians(runs);
+  addSamples(options, scans, comparison.maps);
   return comparison;
 }
 

@@ -5,6 +5,7 @@
 #include "queries.h"
 #include "timing.h"
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,11 +21,27 @@ struct CloudTimes {
   double mean_of_last_third_ms = 0.0;
 };
 
+/// Quantiles of times.
+struct TimeQuantiles {
+  double p50_ms = 0.0;
+  double p99_ms = 0.0;
+  double p999_ms = 0.0;
+  double max_ms = 0.0;
+};
+
+/// Insertion of single clouds into maps that are filled again and again, all together.
+struct CloudSamples {
+  std::size_t count = 0;
+  TimeQuantiles wall;
+  TimeQuantiles cpu;
+};
+
 /// What was measured of one map.
 struct MapResult {
   std::string name;
   Timing insertion;  ///< With all fusion.
   CloudTimes per_cloud;
+  std::optional<CloudSamples> samples;  ///< Of the medians only; see Options::cloud_samples.
   MapFigures figures;
   double access_occupied_s = 0.0;  ///< CPU time of one visit to all occupied cells.
   ByPlace<QueryRates> queries;
@@ -44,11 +61,12 @@ struct Comparison {
   /// cuboid_mapping first; each figure that is a time is the median of the repetitions.
   std::vector<MapResult> maps;
   std::vector<std::vector<MapResult>> repetitions;  ///< By repetition, then by map.
+  std::vector<std::vector<std::size_t>> orders;     ///< By repetition: indexes of maps, in turn.
   std::vector<PeerAgreement> agreements;
 };
 
 /// Fills one map after the other with all scans, then asks all the same; every second repetition takes
-/// the maps in reverse order.
+/// the maps in reverse order, or each in a random one.
 /// @throws std::runtime_error when a map cannot take the scans, Interrupted.
 [[nodiscard]] Comparison compareMaps(const Options& options, const std::vector<Scan>& scans);
 

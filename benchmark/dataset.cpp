@@ -31,15 +31,16 @@ std::vector<Scan> readDatasetScans(const DatasetChoice& choice) {
   return scans;
 }
 
-/// Keeps the first of `step` points of each cloud.
-void thin(std::vector<Scan>& scans, int step) {
-  for (Scan& scan : scans) {
-    std::size_t count = 0;
-    for (std::size_t i = 0; i < scan.points.size(); i += static_cast<std::size_t>(step)) {
-      scan.points[count++] = scan.points[i];
-    }
-    scan.points.resize(count);
+/// Keeps the first of `step` items.
+template <typename ItemT>
+void keepEvery(std::vector<ItemT>& items, int step) {
+  if (step == 1) return;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < items.size(); i += static_cast<std::size_t>(step)) {
+    if (i > 0) items[count] = std::move(items[i]);
+    ++count;
   }
+  items.resize(count);
 }
 
 }  // namespace
@@ -50,7 +51,8 @@ std::vector<Scan> readScans(const DatasetChoice& choice) {
   if (std::all_of(scans.begin(), scans.end(), [](const Scan& s) { return s.points.empty(); })) {
     throw std::runtime_error(choice.path + " holds no points");
   }
-  thin(scans, choice.point_step);
+  keepEvery(scans, choice.every);
+  for (Scan& scan : scans) keepEvery(scan.points, choice.point_step);
   return repeatElsewhere(scans, choice.laps);
 }
 

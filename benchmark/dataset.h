@@ -17,6 +17,7 @@ struct DatasetChoice {
   std::size_t max_scans = 0;
   int laps = 1;        ///< See repeatElsewhere().
   int point_step = 1;  ///< Only the first of so many points of a cloud.
+  int every = 1;       ///< Only the first of so many of the max_scans scans.
 };
 
 /// Reads scans into memory, with a progress bar on a terminal.

@@ -33,7 +33,9 @@ Json toJson(const Options& options) {
           {"fuse_every_cloud", engine.fuses_every_cloud},
           {"laps", options.laps},
           {"point_step", options.point_step},
+          {"every", options.every},
           {"repeat", options.repeat},
+          {"shuffle", options.shuffle},
           {"query_time_s", options.query_time_s}};
 }
 
@@ -68,9 +70,24 @@ Json timesToJson(const MapResult& result) {
           {"ray_queries_per_s", toJson(result.queries, &QueryRates::rays_per_s)}};
 }
 
+Json toJson(const TimeQuantiles& times) {
+  return {{"p50", times.p50_ms},
+          {"p99", times.p99_ms},
+          {"p99_9", times.p999_ms},
+          {"max", times.max_ms}};
+}
+
+Json toJson(const std::optional<CloudSamples>& samples) {
+  if (!samples) return nullptr;
+  return {{"count", samples->count},
+          {"wall_ms", toJson(samples->wall)},
+          {"cpu_ms", toJson(samples->cpu)}};
+}
+
 Json toJson(const MapResult& result) {
   const MapFigures& figures = result.figures;
   Json json = timesToJson(result);
+  json["cloud_samples"] = toJson(result.samples);
   json.update({{"cells", figures.cells},
                {"occupied_cells", figures.occupied_cells},
                {"free_cells", figures.free_cells},
@@ -118,6 +135,11 @@ std::string makeJsonReport(const Options& options, const std::vector<Scan>& scan
     for (const MapResult& result : results) {
       report[result.name]["repetitions"].push_back(timesToJson(result));
     }
+  }
+  for (const std::vector<std::size_t>& order : comparison.orders) {
+    Json names;
+    for (const std::size_t map : order) names.push_back(comparison.maps[map].name);
+    report["orders"].push_back(names);
   }
   report["agreement"] = Json::object();
   for (const PeerAgreement& agreement : comparison.agreements) {

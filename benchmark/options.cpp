@@ -25,6 +25,7 @@ void addInputOptions(CommandLine& line, Options& options) {
                "topic of the clouds in a bag; needed only if there are several");
   line.addText("map-frame", options.map_frame, "fixed frame in the bag's tf");
   line.addNumber("clouds", options.clouds, "only the first N clouds", {1});
+  line.addNumber("every", options.every, "only the first of N clouds", {1, 1000000});
   line.addNumber("point-step", options.point_step, "only the first of N points of a cloud",
                  {1, 1000000});
 }
@@ -65,6 +66,13 @@ void addRunOptions(CommandLine& line, Options& options, RawOptions& raw) {
       "repeat", options.repeat,
       "number of runs, every second one with the maps in reverse order; medians are reported",
       {1, 1000});
+  line.addNumber("shuffle", options.shuffle,
+                 "seed of a random order of the maps in each run; 0: no random order",
+                 {0, 1000000});
+  line.addNumber("cloud-samples", options.cloud_samples,
+                 "also fill each map again and again until the times of N clouds are known: "
+                 "quantiles of all of them",
+                 {0, 10000000});
   line.addNumber("query-time", options.query_time_s, "least CPU time for each kind of query [s]",
                  {0.001, 60.0});
   Choices choices{"all", "none"};

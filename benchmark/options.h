@@ -22,7 +22,10 @@ struct Options {
   std::size_t clouds = std::numeric_limits<std::size_t>::max();  ///< At most so many.
   int laps = 1;                                                  ///< See repeatElsewhere().
   int point_step = 1;                                            ///< See DatasetChoice.
+  int every = 1;                                                 ///< See DatasetChoice.
   int repeat = 1;
+  int shuffle = 0;  ///< Seed of the order of maps; 0: as made, and every second time reversed.
+  std::size_t cloud_samples = 0;          ///< Clouds to time beside the repetitions, at least.
   double query_time_s = kTimedQueries_s;  ///< CPU time of the timed queries of a kind, at least.
   std::vector<Peer> peers;                ///< All with a maker.
   std::string json_file;                  ///< Empty: none.

@@ -73,6 +73,17 @@ void printTable(const std::vector<MapResult>& maps) {
   for (const Line& line : tableLines()) printLine(line, maps);
 }
 
+void printSamples(const MapResult& map) {
+  if (!map.samples) return;
+  const auto print = [](const char* clock, const TimeQuantiles& times) {
+    std::printf("  %s ms: p50 %.2f, p99 %.2f, p99.9 %.2f, max %.2f\n", clock, times.p50_ms,
+                times.p99_ms, times.p999_ms, times.max_ms);
+  };
+  std::printf("%zu clouds of %s:\n", map.samples->count, map.name.c_str());
+  print("wall", map.samples->wall);
+  print("CPU", map.samples->cpu);
+}
+
 void printDifferences(const char* place, const AnswerDifferences& answers) {
   std::printf("  answers %-12s points %zu of %zu differ, boxes %zu of %zu, rays %zu of %zu\n",
               place, answers.points.different, answers.points.compared, answers.boxes.different,
@@ -113,6 +124,7 @@ void printReport(const Options& options, const std::vector<Scan>& scans,
               options.repeat, machine.commit.c_str(), machine.cpu.c_str(), machine.cores,
               machine.compiler.c_str(), machine.build_type.c_str());
   printTable(comparison.maps);
+  for (const MapResult& result : comparison.maps) printSamples(result);
   for (const PeerAgreement& agreement : comparison.agreements) printAgreement(agreement);
 }
 

@@ -83,6 +83,7 @@ std::optional<int> parseOptions(int argc, char** argv, EvaluationOptions& option
                "with --runs letter: random cells of T along the beams [1/m]", {0.0, 1000.0});
   line.addNumber("drives", options.num_drives, "simulated drives with moving objects", {1, 1000});
   line.addNumber("clouds", options.max_clouds, "only the first N clouds", {1});
+  line.addNumber("every", options.every, "only the first of N clouds", {1, 1000000});
   const auto status = line.parse(argc, argv);
   options.runs = runs == "speed"    ? RunChoice::kSpeed
                  : runs == "letter" ? RunChoice::kLetter
@@ -176,7 +177,8 @@ void evaluate(const std::string& dataset, const EvaluationOptions& options) {
   const std::vector<RunGroup> plan = makePlan(options);
   std::size_t num_runs = 0;
   for (const RunGroup& group : plan) num_runs += group.specs.size();
-  const std::vector<Scan> scans = readScans({dataset, "", "", options.max_clouds, 1});
+  const std::vector<Scan> scans =
+      readScans({dataset, "", "", options.max_clouds, 1, 1, options.every});
   ProgressBar progress("runs of " + titleOf(dataset), num_runs);
   std::size_t num_done = 0;
   for (const RunGroup& group : plan) {

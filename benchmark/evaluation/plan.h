@@ -28,6 +28,7 @@ struct EvaluationOptions {
   int num_drives = 3;  ///< Simulated, of the moving objects.
   RunChoice runs = RunChoice::kAll;
   std::size_t max_clouds = std::numeric_limits<std::size_t>::max();
+  int every = 1;  ///< Only the first of so many clouds.
 };
 
 /// Runs that share the clouds and the resolution, OctoMap's first.

@@ -237,6 +237,48 @@ TEST_F(CompareMaps, takesPartOfTheCloudsAndNoPeers) {
   EXPECT_TRUE(json["agreement"].empty());
 }
 
+TEST_F(CompareMaps, takesOneOfSeveralClouds) {
+  const Json every_second = report(folder(), {"--every", "2", "--peers", "none"});
+  EXPECT_EQ(every_second["clouds"], 2);
+  EXPECT_EQ(every_second["points"], 2 * kNumPoints);
+  const Json first_two = report(folder(), {"--clouds", "2", "--peers", "none"});
+  EXPECT_NE(every_second["cuboid_mapping"]["cells"], first_two["cuboid_mapping"]["cells"])
+      << "the first and the third cloud, not the second";
+  EXPECT_EQ(report(folder(), {"--clouds", "2", "--every", "2", "--peers", "none"})["clouds"], 1);
+  EXPECT_EQ(report(bag(), {"--every", "2", "--peers", "none"})["clouds"], 2);
+}
+
+TEST_F(CompareMaps, timesAsManyCloudsAsAskedFor) {
+  const Json json = report(folder(), {"--peers", "octomap", "--cloud-samples", "7"});
+  for (const char* map : {"cuboid_mapping", "octomap"}) {
+    const Json& samples = json[map]["cloud_samples"];
+    ASSERT_TRUE(samples.is_object());
+    EXPECT_EQ(samples["count"], 3 * kNumScans) << "whole fills";
+    for (const char* clock : {"wall_ms", "cpu_ms"}) {
+      const Json& times = samples[clock];
+      expectNumbers(times, {"p50", "p99", "p99_9", "max"});
+      EXPECT_GT(times["p50"], 0.0);
+      EXPECT_LE(times["p50"], times["p99"]);
+      EXPECT_EQ(times["p99"], times["max"]) << "of nine";
+    }
+  }
+  const Json without = report(folder(), {"--peers", "none"});
+  EXPECT_TRUE(without["cuboid_mapping"]["cloud_samples"].is_null());
+}
+
+TEST_F(CompareMaps, takesMapsInTurnsOrInARandomOrder) {
+  const std::vector<std::string> three{"--peers", "octomap,octomap_lazy", "--repeat", "3"};
+  const Json forward{"cuboid_mapping", "octomap", "octomap_lazy"};
+  const Json reverse{"octomap_lazy", "octomap", "cuboid_mapping"};
+  EXPECT_EQ(report(folder(), three)["orders"], Json({forward, reverse, forward}));
+  std::vector<std::string> shuffled = three;
+  shuffled.insert(shuffled.end(), {"--shuffle", "1"});
+  const Json orders = report(folder(), shuffled)["orders"];
+  EXPECT_EQ(report(folder(), shuffled)["orders"], orders) << "of the same seed";
+  shuffled.back() = "2";
+  EXPECT_NE(report(folder(), shuffled)["orders"], orders);
+}
+
 TEST_F(CompareMaps, readsABagWithItsTransforms) {
   const Json from_folder = report(folder());
   const ProgramEnd end = run(bag(), {"--cloud-topic", "/points"});
@@ -288,6 +330,7 @@ TEST_F(CompareMaps, refusesBadOptions) {
       {{"--hot-mb", "1"}, "--hot-mb"},
       {{"--clouds", "0"}, "--clouds"},
       {{"--repeat", "0"}, "--repeat"},
+      {{"--every", "0"}, "--every"},
       {{"--peers", "skimap"}, "skimap"},
       {{"--peers", "none,octomap"}, "none and all cannot be combined with others"},
       {{"--peers", "all,octomap"}, "none and all cannot be combined with others"},
