@@ -3,7 +3,8 @@
 import csv
 import statistics
 
-from benchmark_document import Plot, table
+from benchmark_document import table
+from benchmark_plots import Plot
 from evaluation_tables import spread
 
 INSERTIONS = [('OctoMap, `insertPointCloud`', 'octomap'), ("OctoMap's tree, this ray walk", 'octomap_with_ray_walk'),
