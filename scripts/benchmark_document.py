@@ -3,10 +3,12 @@
 import json
 import math
 import re
+import statistics
 import sys
 
 from benchmark_plots import draw_plots
-from benchmark_runs import (HEADLINES, OTHER_MAPS, PEERS, SHORT_NAMES, Run, fine_voxels, headlines, long_drives, other_maps, scaling)
+from benchmark_runs import (HEADLINES, OTHER_MAPS, PEERS, SHORT_NAMES, Run, fine_voxels, headlines, long_drives, other_maps,
+                            sampled_clouds, scaling, spacings)
 
 # ---- Tables -----------------------------------------------------------------------------------
 
@@ -33,6 +35,8 @@ def table(head, rows):
 def title_of(report):
     title = f"{SHORT_NAMES.get(report['dataset'], report['dataset'])}, {report['resolution_m']:g} m"
     limit_m = report['max_range_m']
+    if report.get('point_step', 1) > 1:
+        title += f", one of {report['point_step']} points"
     return title if limit_m is None else f'{title}, range {limit_m:g} m'
 
 
@@ -105,9 +109,9 @@ def insertion_block(reports):
         rows.append([title_of(report), f"{report['clouds']}, {report['points']:,}",
                      f'{cpu_s(own):.3g} s', peers_s[0], speed(report, 'octomap', cpu_s), peers_s[1],
                      speed(report, 'openvdb', cpu_s), f"{own['ray_walk_cpu_s'] / cpu_s(own):.0%}",
-                     f"{own['per_cloud_ms']['p50']:.0f}, {own['per_cloud_ms']['p99']:.0f} ms"])
+                     f"{own['per_cloud_ms']['p50']:.0f}, {own['per_cloud_ms']['max']:.0f} ms"])
     return table(['data set', 'clouds, points', 'here', 'OctoMap', 'times', 'OpenVDB', 'times',
-                  'ray walk', 'per cloud, wall: p50, p99'], rows)
+                  'ray walk', 'per cloud, wall: p50, greatest'], rows)
 
 
 def variants_block(reports):
@@ -191,8 +195,6 @@ def agreement_block(reports):
 def other_maps_block(reports):
     """Every map that took part, this one first; it ends with the machine, which may be another than the page's."""
     found = reports.of(other_maps())
-    if not found:
-        return 'Not measured.'
 
     def cpu_s(figures):
         return figures['insert_cpu_s']
@@ -213,9 +215,8 @@ def other_maps_block(reports):
                          '-' if is_own else voxels_that_differ(report['agreement'][name]), f"{figures['cells']:,}",
                          f"{figures['bytes_heap'] / 1e6:.1f} MB", '-' if peak is None else f'{peak / 1e6:.1f} MB',
                          '-' if is_own else ' / '.join(speed(report, name, time_of) for time_of in asked)])
-    lines = table(['data set', 'map', 'insertion', 'times', 'voxels that differ', 'cells', 'heap', 'peak',
-                   'times: visit occupied / points / boxes / rays at surfaces'], rows)
-    return f'{lines}\n\n{describe_machines(found)}'
+    return with_machines(['data set', 'map', 'insertion', 'times', 'voxels that differ', 'cells', 'heap', 'peak',
+                          'times: visit occupied / points / boxes / rays at surfaces'], rows, found)
 
 
 def voxels_that_differ(agreement):
@@ -276,22 +277,88 @@ def scaling_block(reports):
         rows.append([varied, data, f'{ends[0]} to {ends[1]}, {len(found)}',
                      *(' / '.join(exponent([(VARIED[varied](report), figure(report, report[name])) for report in found]) for name in names)
                        if title != 'by the clock' or varied == 'threads' else '-' for title, figure in SCALED.items())])
-    if not rows:
-        return 'Not measured.'
-    return f"{table(['varied', 'data set', 'from, to, runs', *SCALED], rows)}\n\n{describe_machines(used)}"
+    return with_machines(['varied', 'data set', 'from, to, runs', *SCALED], rows, used)
+
+
+def median_interval(values):
+    """The order statistics that have the median between them with a probability of 0.95 or more, for any distribution.
+    None: these are too few values."""
+    count = len(values)
+    outside, left_out = 2 / 2 ** count, 0  # Probability; values at each end.
+    if outside > 0.05:
+        return None
+    while (further := outside + 2 * math.comb(count, left_out + 1) / 2 ** count) <= 0.05:
+        outside, left_out = further, left_out + 1
+    ordered = sorted(values)
+    return ordered[left_out], ordered[-1 - left_out]
+
+
+def median_with_interval(values):
+    interval = median_interval(values)
+    text = times(statistics.median(values))
+    return f'{text} ({times(interval[0])} to {times(interval[1])})' if interval else text
+
+
+RATIOS = {'insertion': lambda f: f['insert_cpu_s'], 'heap': lambda f: f['bytes_heap'], 'visit occupied': lambda f: f['access_occupied_s'],
+          **{f'{kinds} at surfaces': lambda f, kind=kind: 1 / f[f'{kind}_queries_per_s']['near_surface']
+             for kind, kinds in (('point', 'points'), ('box', 'boxes'), ('ray', 'rays'))}}
+
+
+def processes_block(reports):
+    """Ratios of each process; it ends with the machine, which may be another than the page's."""
+    rows, used = [], [report for report in reports.by_name.values() if report.get('shuffle')]
+    for headline in HEADLINES:
+        found = [report for report in used if (report['dataset'], report['resolution_m']) == headline]
+        for peer, title in PEERS.items():
+            of_peer = [report for report in found if peer in report]
+            if of_peer:
+                rows.append([title_of(of_peer[0]), title, f'{len(of_peer)}', *(
+                    median_with_interval([figure(report[peer]) / figure(report['cuboid_mapping']) for report in of_peer])
+                    for figure in RATIOS.values())])
+    return with_machines(['data set', 'peer', 'processes', *RATIOS], rows, used)
+
+
+def samples_block(reports):
+    rows, used = [], reports.of(sampled_clouds())
+    for report in used:
+        samples = report['cuboid_mapping']['cloud_samples']
+        row = [title_of(report), f"{samples['count']:,}"]
+        for clock in ('cpu_ms', 'wall_ms'):
+            ms = samples[clock]
+            row += [', '.join(f'{ms[key]:.3g}' for key in ('p50', 'p99', 'p99_9', 'max')) + ' ms', times(ms['p99'] / ms['p50'])]
+        rows.append(row)
+    return with_machines(['data set', 'clouds timed', 'CPU: p50, p99, p99.9, greatest', 'p99 over p50',
+                          'wall: p50, p99, p99.9, greatest', 'p99 over p50'], rows, used)
+
+
+def spacing_block(reports):
+    rows, used = [], reports.of(spacings())
+    for report in used:
+        rows.append([title_of(report), f"{report['every']}", f"{report['clouds']}", f"{report['cuboid_mapping']['cells']:,}",
+                     *(gain(report, peer, figure) for figure in (lambda f: f['cells'], lambda f: f['bytes_heap'], lambda f: f['insert_cpu_s'])
+                       for peer in PEERS)])
+    return with_machines(['data set', 'one of', 'clouds', 'cuboids', "times in OctoMap's leaves", "in OpenVDB's voxels",
+                          'heap: OctoMap', 'OpenVDB', 'insertion: OctoMap', 'OpenVDB'], rows, used)
+
+
+def with_machines(head, rows, reports):
+    return f'{table(head, rows)}\n\n{describe_machines(reports)}' if rows else 'Not measured.'
 
 
 # ---- The document -----------------------------------------------------------------------------
 
 
+OF_OTHER_COMMITS = {'peers': other_maps_block, 'scaling': scaling_block, 'processes': processes_block, 'samples': samples_block,
+                    'spacing': spacing_block}
+
+
 def write_document(reports, others, document):
-    """@param others  Reports of the tables peers and scaling, which may be of other commits."""
+    """@param others  Reports by tables that may be of other commits (OF_OTHER_COMMITS)."""
     blocks = {'machine': machine_block, 'insertion': insertion_block, 'variants': variants_block,
               'memory': memory_block, 'queries': queries_block, 'agreement': agreement_block,
               'growth': growth_block}
     texts = {name: make(reports) for name, make in blocks.items()}
-    texts['peers'] = other_maps_block(others['peers'])
-    texts['scaling'] = scaling_block(others['scaling'])
+    texts.update({name: make(others[name]) for name, make in OF_OTHER_COMMITS.items()})
     texts.update(draw_plots(reports, document.parent / document.stem))
     fill_blocks(document, texts)
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Runs of scripts/benchmark: data sets, resolutions and options of compare_maps."""
+import random
 
 SHORT_NAMES = {'kitti_0005_city': 'KITTI 0005, city', 'muehlburger_tor_standing': 'Mühlburger Tor, standing',
                'sim_fr079': 'fr079, simulated', 'rgbd_7scenes': '7-Scenes, RGB-D'}
@@ -11,6 +12,7 @@ KITTI, TOR, FR079, RGBD = SHORT_NAMES
 # (data set, resolution).
 HEADLINES = [(KITTI, 0.2), (TOR, 0.2), (FR079, 0.05), (FR079, 0.1), (RGBD, 0.05), (RGBD, 0.02)]
 REPETITIONS = 3  # One for what only plots show.
+PROCESSES = 10   # For intervals of the headlines' ratios.
 
 
 class Run:
@@ -93,6 +95,31 @@ def branching_sweep():
         yield Run(KITTI, 0.2, 1, clouds=13, branching=branching, peers='none')
 
 
+def process_runs(count=PROCESSES):
+    """Headlines in so many processes each, with one repetition. Each headline runs once before any runs again; the order of
+    headlines, and that of the maps in a process, are random, and the same in every call."""
+    generator = random.Random(41)
+    runs = []
+    for number in range(1, count + 1):
+        runs += generator.sample([Run(dataset, resolution, 1, shuffle=number) for dataset, resolution in HEADLINES], len(HEADLINES))
+    return runs
+
+
+def sampled_clouds():
+    """10^4 clouds each, divided after every cloud, as in the node; the last as a sparse lidar sees it."""
+    options = {'peers': 'none', 'fuse_every_cloud': True, 'cloud_samples': 10000}
+    for dataset, resolution in HEADLINES:
+        yield Run(dataset, resolution, 1, **options)
+    yield Run(KITTI, 0.2, 1, point_step=4, **options)
+
+
+def spacings():
+    """Of the headlines outdoors and in the corridor, with fewer scans of the same drive."""
+    for dataset, resolution in HEADLINES[:3]:
+        for every in (1, 2, 4):
+            yield Run(dataset, resolution, 1, every=every)
+
+
 def scaling(is_large=False):
     """Runs of each row of the table of scaling: (varied, runs). The large ones take hours, and up to 10^9 voxels."""
     steps, laps = [16, 8, 4, 2, 1], [1, 2, 4, 8]
@@ -111,11 +138,12 @@ def scaling_runs(is_large=False):
     return [run for _, runs in scaling(is_large) for run in runs]
 
 
-def all_runs(is_quick):
+def all_runs(is_quick, processes=PROCESSES):
     runs = [*headlines(), *fine_voxels(), *variants(), *resolution_sweep(FR079), *resolution_sweep(KITTI),
-            *range_sweep(), *cloud_sweep(), *branching_sweep(), *long_drives(), *other_maps(), *scaling_runs()]
+            *range_sweep(), *cloud_sweep(), *branching_sweep(), *long_drives(), *other_maps(), *scaling_runs(),
+            *sampled_clouds(), *spacings(), *process_runs(processes)]
     if is_quick:  # Without OctoMap's long runs.
-        runs = [run for run in runs if run.dataset in (FR079, RGBD)]
+        runs = [run for run in runs if run.dataset in (FR079, RGBD) and not {'shuffle', 'cloud_samples'} & run.options.keys()]
         for run in runs:
             run.repeat = 1
     by_name = {}

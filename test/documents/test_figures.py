@@ -5,6 +5,7 @@ import contextlib
 import io
 import json
 import pathlib
+import random
 import re
 import runpy
 import subprocess
@@ -13,6 +14,10 @@ import tempfile
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / 'scripts'))
+from benchmark_document import OF_OTHER_COMMITS, Reports, exponent, median_interval, processes_block  # noqa: E402
+from benchmark_runs import HEADLINES, Run, process_runs  # noqa: E402
+
 SETTINGS = {'KITTI, 0.2 m': 'KITTI 0005, city, 0.2 m', 'Tor, 0.2 m': 'Mühlburger Tor, standing, 0.2 m',
             'fr079, 0.05 m': 'fr079, simulated, 0.05 m', '7-Scenes, 0.05 m': '7-Scenes, RGB-D, 0.05 m'}
 INEXACT = 'Bonxai, own rays'
@@ -170,13 +175,13 @@ class KeptRunsTest(unittest.TestCase):
             self.assertEqual([copy.read_text() for copy in copies], originals)
 
     def test_performance_md_is_made_of_the_reports_that_it_names(self):
-        """The tables of other maps and of scaling may be of other commits, which stand below them."""
+        """Some tables may be of other commits, which stand below them."""
         blocks = dict(re.findall(r'<!-- benchmark:begin (\w+) -->\n(.*?)<!-- benchmark:end -->',
                                  ''.join((ROOT / 'doc' / page).read_text() for page in ('performance.md', 'tables/performance.md')),
                                  re.DOTALL))
         (commit,) = re.findall(r'commit `(\w+)`', blocks['machine'])
         options = ['--commit', commit]
-        for name in ('peers', 'scaling'):
+        for name in OF_OTHER_COMMITS:
             if blocks[name] != 'Not measured.\n':
                 (other_commit,) = re.findall(r'commit `(\w+)`', blocks[name])
                 options += [f'--{name}-commit', other_commit]
@@ -189,19 +194,51 @@ class KeptRunsTest(unittest.TestCase):
 class ScalingTest(unittest.TestCase):
 
     def test_the_exponent_of_a_power_is_found_with_its_error(self):
-        sys.path.insert(0, str(ROOT / 'scripts'))
-        from benchmark_document import exponent
         self.assertEqual(exponent([(x, 3 * x ** 1.5) for x in (1, 2, 4, 8)]), '1.50 ± 0.00')
         self.assertEqual(exponent([(1, 5), (2, 10)]), '1.00')
         self.assertEqual(exponent([(1, 1), (2, 4), (4, 8)]), '1.50 ± 0.29')
         self.assertEqual(exponent([(1, 1), (2, float('nan')), (4, 8)]), '-')
 
 
+class ProcessesTest(unittest.TestCase):
+
+    def test_the_interval_of_the_median_holds_it_with_at_least_95_percent(self):
+        for count, left_out in ((6, 0), (8, 0), (9, 1), (10, 1), (20, 5), (100, 39)):
+            values = list(range(count))
+            random.Random(count).shuffle(values)
+            self.assertEqual(median_interval(values), (left_out, count - 1 - left_out))
+        self.assertIsNone(median_interval([1, 2, 3, 4, 5]))
+
+    def test_each_headline_runs_once_in_each_round_in_a_random_order(self):
+        runs = process_runs(4)
+        rounds = [runs[start:start + len(HEADLINES)] for start in range(0, len(runs), len(HEADLINES))]
+        orders = [[(run.dataset, run.resolution) for run in of_round] for of_round in rounds]
+        self.assertEqual([sorted(order) for order in orders], 4 * [sorted(HEADLINES)])
+        self.assertEqual(len(set(map(tuple, orders))), 4)
+        self.assertEqual([{run.options['shuffle'] for run in of_round} for of_round in rounds], [{1}, {2}, {3}, {4}])
+        self.assertEqual(len({run.name for run in runs}), len(runs))
+        self.assertEqual([run.name for run in runs], [run.name for run in process_runs(5)[:len(runs)]])
+
+    def test_ratios_are_those_of_each_process(self):
+        def figures(number):
+            rates = {'near_surface': 1 / number}
+            return {'insert_cpu_s': number, 'bytes_heap': 10, 'access_occupied_s': number,
+                    **{f'{kind}_queries_per_s': rates for kind in ('point', 'box', 'ray')}}
+
+        with tempfile.TemporaryDirectory() as folder:
+            for number, (own_s, peer_s) in enumerate([(1, 2), (10, 30), (1, 4), (2, 10), (1, 6), (1, 7)], 1):
+                report = {'dataset': 'sim_fr079', 'resolution_m': 0.1, 'max_range_m': None, 'shuffle': number,
+                          'machine': {'cpu': 'C', 'cores': 2, 'compiler': 'G', 'build_type': 'R', 'commit': '1'},
+                          'cuboid_mapping': figures(own_s), 'octomap': figures(peer_s)}
+                (pathlib.Path(folder) / f'{number}.json').write_text(json.dumps(report))
+            rows = read_rows(processes_block(Reports(pathlib.Path(folder))))
+        self.assertEqual(rows[1:], [['fr079, simulated, 0.1 m', 'OctoMap', '6', '4.50 (2.00 to 7.00)', '1.00 (1.00 to 1.00)',
+                                     *4 * ['4.50 (2.00 to 7.00)']]])
+
+
 class MissingDataTest(unittest.TestCase):
 
     def test_a_data_set_that_is_missing_fails_its_runs(self):
-        sys.path.insert(0, str(ROOT / 'scripts'))
-        from benchmark_runs import Run
         run_all = runpy.run_path(str(ROOT / 'scripts/benchmark'))['run_all']
         with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()):
             self.assertEqual(run_all([Run('missing', 0.1), Run('missing', 0.2)], pathlib.Path(folder), pathlib.Path(folder)), 2)
