@@ -159,6 +159,18 @@ def starters_block(runs):
     return table(['data set', *(f'{density:g} a metre' for density in densities)], rows)
 
 
+def spacing_block(runs, spacings):
+    """Cells of the same drive with all scans and with fewer. @param spacings  Runs, by how many scans one is taken of."""
+    rows = []
+    for dataset in dict.fromkeys(dataset for thinned in spacings.values() for dataset in thinned.datasets()):
+        for every, found in {1: runs, **spacings}.items():
+            octomap = found.octomap(dataset)
+            if octomap:
+                rows.append([dataset, f'{every}', f"{octomap['clouds']}", f"{octomap['cells']:,}", share(found.letter(dataset), octomap),
+                             share(found.find(dataset, fusion='growth'), octomap)])
+    return table(['data set', 'one of', 'clouds', "OctoMap's cells", 'the paper, to the letter', 'growth'], rows)
+
+
 def resolutions_block(runs):
     resolutions = sorted({run['resolution_m'] for run in runs.runs})
     rows = []
