@@ -153,9 +153,11 @@ TEST(MarkerCache, FarAwayPosesCarryWhatFloatsCannot) {
   MapConfig config;
   config.resolution_m = 0.5;
   CuboidMap map(config);
-  const Cell far{1000001, 10000003, 5};
-  map.replace(CellBox::ofCell(far), std::vector<UniformBox>{{CellBox::ofCell(far), 1.0F}});
   MarkerCache cache(map.grid(), MarkerStyle());
+  EXPECT_TRUE(cache.update(map, makeHeader()).markers.empty());  // For a listener before the first cloud.
+  const Cell far{1000001, 10000003, 5};
+  cache.noteChanges(
+      map.replace(CellBox::ofCell(far), std::vector<UniformBox>{{CellBox::ofCell(far), 1.0F}}));
   const MarkerArray array = cache.update(map, makeHeader());
   ASSERT_EQ(array.markers.size(), 1U);
   const Marker& marker = array.markers[0];

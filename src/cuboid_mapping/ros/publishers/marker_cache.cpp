@@ -86,6 +86,7 @@ void MarkerCache::noteChanges(const ChangeSet& changes) {
 
 void MarkerCache::read(const CuboidMap& map) {
   if (is_everything_dirty_) markEverything(map);
+  moveAnchor(map);
   for (const Cell& chunk : dirty_) readChunk(map, chunk);
   is_everything_dirty_ = false;
   dirty_.clear();
@@ -180,13 +181,18 @@ void MarkerCache::readChunk(const CuboidMap& map, const Cell& chunk) {
   replaceChunk(chunk, std::move(cubes), changed_);
 }
 
+/// Follows the map, which may be empty at the first reading, and grow far.
+void MarkerCache::moveAnchor(const CuboidMap& map) {
+  const auto bounds = map.bounds();
+  if (!bounds) return;
+  const Eigen::Vector3d anchor_map = farAnchor(grid_.centerOf(*bounds));
+  if (anchor_map == anchor_map_) return;
+  anchor_map_ = anchor_map;
+  markLists();
+}
+
 /// Marks all chunks that have, or had, cubes.
 void MarkerCache::markEverything(const CuboidMap& map) {
-  if (const auto& bounds = map.bounds()) {
-    const Eigen::Vector3d anchor_map = farAnchor(grid_.centerOf(*bounds));
-    if (anchor_map != anchor_map_) markLists();
-    anchor_map_ = anchor_map;
-  }
   for (const auto& [chunk, sizes] : sizes_in_chunk_) dirty_.insert(chunk);
   map.voxels().forEach([this](const VoxelBrick& brick) { dirty_.insert(chunkOf(brick.brick)); });
 }

@@ -116,6 +116,7 @@ class MarkerCache {
   /// Marks all lists as changed for takeDifference().
   void markLists();
   void markEverything(const CuboidMap& map);
+  void moveAnchor(const CuboidMap& map);
   void replaceChunk(const Cell& chunk, std::vector<SizedCube> cubes, SizeSet& changed);
   void replaceList(int size_id, const Cell& chunk, std::vector<Cube> cubes, SizeSet& changed);
   [[nodiscard]] visualization_msgs::Marker makeMarker(int size_id,
