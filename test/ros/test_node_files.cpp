@@ -9,6 +9,8 @@
 #include "ros/node_probe.h"
 #include "tools/run_program.h"
 
+#include <filesystem>
+
 namespace cuboid_mapping_ros::test {
 namespace {
 
@@ -202,8 +204,10 @@ TEST_P(NodeFiles, ArePutIntoTheMapByRuleAndTransform) {
   const std::string file = folder_ / "box.cuboids";
   setBox(1);
   cuboid_mapping::SaveMap save;
-  save.request.filename = file;
+  save.request.filename = std::filesystem::relative(file);
   ASSERT_TRUE(callService(std::string(kName) + "/save_map", save));
+  EXPECT_EQ(save.response.info.message,
+            "saved to " + std::filesystem::absolute(save.request.filename).string());
   const auto load = [&](std::uint8_t rule, double x, double quaternion_z) {
     LoadMap service;
     service.request.filename = file;
@@ -233,7 +237,7 @@ TEST_P(NodeFiles, ArePutIntoTheMapByRuleAndTransform) {
   EXPECT_FALSE(stretched.message.empty());
   const auto alone = load(LoadMap::Request::REPLACE, 0.0, 0.0);
   EXPECT_TRUE(alone.success) << alone.message;
-  EXPECT_EQ(alone.message, "");
+  EXPECT_EQ(alone.message, "loaded from " + file);
 }
 
 TEST_P(NodeFiles, SayWhyTheyCannotBeWritten) {

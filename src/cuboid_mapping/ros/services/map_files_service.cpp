@@ -23,10 +23,16 @@ std::pair<std::uint64_t, std::vector<CellBox>> stateOf(const GuardedMap& map) {
   });
 }
 
+/// The path with the working folder before a relative name: callers do not know that folder.
+std::string toAbsolute(const std::string& file) {
+  std::error_code error;
+  const std::filesystem::path path = std::filesystem::absolute(file, error);
+  return error ? file : path.string();
+}
+
 void logAnswer(const char* action, const std::string& file, const StorageAnswer& answer) {
   if (answer.error.empty()) {
-    const std::filesystem::path path = std::filesystem::absolute(file);
-    ROS_INFO_STREAM_NAMED(kNodeName, "map " << action << ' ' << path.string() << ": "
+    ROS_INFO_STREAM_NAMED(kNodeName, "map " << action << ' ' << file << ": "
                                             << counted(answer.num_cuboids, "cuboid") << ", "
                                             << counted(answer.num_bytes, "byte"));
   } else {
@@ -43,7 +49,7 @@ MapFilesService::MapFilesService(const ros::NodeHandle& private_nh,
       guard_(guard),
       frame_id_(parameters.frame_id),
       limits_(makeSnapshotLimits(parameters)),
-      autosave_file_(parameters.autosave_file),
+      autosave_file_(toAbsolute(parameters.autosave_file)),
       num_earlier_(parameters.autosave_keep),
       is_autosave_own_(parameters.is_autosave_read),
       saved_(stateOf(map)),
@@ -73,14 +79,18 @@ MapFilesService::~MapFilesService() {
 
 void MapFilesService::onSave(const SaveMap::Request& request, SaveMap::Response& response,
                              const CallProgress& progress) {
-  const StorageAnswer answer = saveMap(map_, frame_id_, request.filename, limits_, progress);
-  logAnswer("saved to", request.filename, answer);
+  const std::string file = toAbsolute(request.filename);
+  const StorageAnswer answer = saveMap(map_, frame_id_, file, limits_, progress);
+  logAnswer("saved to", file, answer);
   response.info = makeInfo(map_, frame_id_, answer.error);
-  if (answer.error.empty()) response.info.revision = answer.revision;
-  if (answer.error.empty() && answer.num_cuboids == 0) {
-    response.info.message =
-        "the map is empty: no cloud has got into it, see the log or /diagnostics";
-    ROS_WARN_STREAM_NAMED(kNodeName, request.filename << ": " << response.info.message);
+  if (answer.error.empty()) {
+    response.info.revision = answer.revision;
+    response.info.message = "saved to " + file;
+    if (answer.num_cuboids == 0) {
+      response.info.message +=
+          "; the map is empty: no cloud has got into it, see the log or /diagnostics";
+      ROS_WARN_STREAM_NAMED(kNodeName, response.info.message);
+    }
   }
   response.cuboids = answer.num_cuboids;
   response.bytes = answer.num_bytes;
@@ -88,16 +98,18 @@ void MapFilesService::onSave(const SaveMap::Request& request, SaveMap::Response&
 
 void MapFilesService::onLoad(const LoadMap::Request& request, LoadMap::Response& response,
                              const CallProgress& progress) {
-  const StorageAnswer answer = load(request, progress);
-  logAnswer("loaded from", request.filename, answer);
-  if (!answer.notes.empty())
-    ROS_WARN_STREAM_NAMED(kNodeName, request.filename << ": " << answer.notes);
+  const std::string file = toAbsolute(request.filename);
+  const StorageAnswer answer = load(file, request, progress);
+  logAnswer("loaded from", file, answer);
+  if (!answer.notes.empty()) ROS_WARN_STREAM_NAMED(kNodeName, file << ": " << answer.notes);
   response.info = makeInfo(map_, frame_id_, answer.error);
-  response.info.message += answer.notes;
+  if (answer.error.empty()) response.info.message = "loaded from " + file;
+  if (!answer.notes.empty()) response.info.message += "; " + answer.notes;
   response.cuboids = answer.num_cuboids;
 }
 
-StorageAnswer MapFilesService::load(const LoadMap::Request& request, const CallProgress& progress) {
+StorageAnswer MapFilesService::load(const std::string& file, const LoadMap::Request& request,
+                                    const CallProgress& progress) {
   LoadPlacement placement;
   placement.frame_id = frame_id_;
   switch (request.rule) {
@@ -114,7 +126,7 @@ StorageAnswer MapFilesService::load(const LoadMap::Request& request, const CallP
   if (request.transform != geometry_msgs::Transform()) {
     placement.T_map_file = toIsometry(request.transform);
   }
-  return loadMap(map_, request.filename, limits_, placement, progress);
+  return loadMap(map_, file, limits_, placement, progress);
 }
 
 void MapFilesService::autosave() {

@@ -46,7 +46,8 @@ class MapFilesService {
               const CallProgress& progress);
   void onLoad(const LoadMap::Request& request, LoadMap::Response& response,
               const CallProgress& progress);
-  StorageAnswer load(const LoadMap::Request& request, const CallProgress& progress);
+  StorageAnswer load(const std::string& file, const LoadMap::Request& request,
+                     const CallProgress& progress);
   void autosave();
   /// Moves the previous save beside the file, to the earlier ones.
   void keepEarlier();
