@@ -331,6 +331,19 @@ TEST_F(NodeClientTest, HasAnEmptyMapWithoutAServer) {
   EXPECT_EQ(client.read([](const CuboidMap& map) { return map.voxels().size(); }), 0U);
 }
 
+TEST_F(NodeClientTest, NamesTheServerThatNobodyHasStartedUnlessItHearsAnother) {
+  LogProbe log;
+  OtherServer server("unnamed");
+  const CuboidMapClient fed(server.nh(), "fed_by_another");
+  ASSERT_TRUE(server.waitForListener());
+  for (const auto& part : server.parts("/a")) server.publish(part);
+  ros::NodeHandle elsewhere("elsewhere");
+  const CuboidMapClient client(elsewhere, "misspelt");
+  EXPECT_TRUE(log.waitForLine("no node offers /elsewhere/misspelt/get_map"));
+  EXPECT_TRUE(fed.hasMap());
+  EXPECT_FALSE(log.has("fed_by_another"));
+}
+
 TEST_F(NodeClientTest, SaysWhatIsMissingWhenItGivesUp) {
   ros::NodeHandle elsewhere("elsewhere");
   const cuboid_mapping_ros::CuboidMapClient client(elsewhere, "/nobody");

@@ -10,6 +10,8 @@
 
 #include <ros/console.h>
 #include <ros/init.h>
+#include <ros/master.h>
+#include <ros/this_node.h>
 
 #include <algorithm>
 #include <deque>
@@ -29,14 +31,26 @@ constexpr double kImagePatience_s = 3.0;
 constexpr std::size_t kMaxEarlyDeltas = 100;
 /// Time between two lines of the log that say what a client waits for.
 constexpr double kReminderPeriod_s = 10.0;
-/// Silence after which another server may replace the followed one.
+/// Silence after which another server may replace the followed one, and a missing server is logged.
 constexpr double kServerPatience_s = 5.0;
+/// Time between two lines of the log about a missing server.
+constexpr double kMissingPeriod_s = 60.0;
 
 /// Bricks that a delta has changed.
 ChangeSet changesOf(const MapDelta& delta) {
   ChangeSet changes{delta.revision, false, {}};
   for (const auto& brick : delta.bricks) changes.bricks.push_back({brick.brick, true});
   return changes;
+}
+
+/// Whether the master knows a service. Does not wait for a master that is gone: ros::service::exists() would.
+bool isAdvertised(const std::string& service) {
+  XmlRpc::XmlRpcValue request;
+  request[0] = ros::this_node::getName();
+  request[1] = service;
+  XmlRpc::XmlRpcValue response;
+  XmlRpc::XmlRpcValue url;
+  return ros::master::execute("lookupService", request, response, url, false);
 }
 
 }  // namespace
@@ -167,7 +181,20 @@ struct CuboidMapClient::Implementation {
     return now - awaited_since < ros::WallDuration(kImagePatience_s);
   }
 
+  /// Says so if neither a message nor the service of the named server is there.
+  void noticeMissingServer() {
+    const ros::WallTime now = ros::WallTime::now();
+    if (!heard_server.empty() || now < missing_due) return;
+    missing_due = now + ros::WallDuration(kMissingPeriod_s);
+    const std::string service = nh.resolveName(getMapName());
+    if (isAdvertised(service)) return;
+    ROS_WARN_STREAM("no map has come on " << image_subscriber.getTopic() << ", and no node offers "
+                                          << service
+                                          << ": start the node, or give its name as `server`");
+  }
+
   void askIfNoImageCame() {
+    noticeMissingServer();
     if (awaited_since.isZero()) return;
     if (ros::WallTime::now() - awaited_since < ros::WallDuration(kImagePatience_s)) return;
     askForImage();
@@ -206,13 +233,15 @@ struct CuboidMapClient::Implementation {
   mutable PhaseFairMutex mutex;
   MapFollower follower;
   std_msgs::Header header;
-  std::optional<ImageMessage> incoming;   ///< Parts of an image that have arrived.
-  bool has_values = false;                ///< Updates carry log-odds.
-  bool is_updated = false;                ///< Updates have arrived since the last keyframe.
-  bool is_behind = false;                 ///< Updates were lost.
-  std::string heard_server;               ///< The followed server, ...
-  ros::WallTime heard;                    ///< ... and the last time it was heard.
-  ros::WallTime said_other;               ///< Last time another server was logged.
+  std::optional<ImageMessage> incoming;  ///< Parts of an image that have arrived.
+  bool has_values = false;               ///< Updates carry log-odds.
+  bool is_updated = false;               ///< Updates have arrived since the last keyframe.
+  bool is_behind = false;                ///< Updates were lost.
+  std::string heard_server;              ///< The followed server, ...
+  ros::WallTime heard;                   ///< ... and the last time it was heard.
+  ros::WallTime said_other;              ///< Last time another server was logged.
+  ros::WallTime missing_due =            ///< Time of the next look for a missing server.
+      ros::WallTime::now() + ros::WallDuration(kServerPatience_s);
   CuboidMap nothing;                      ///< Empty map before the first image.
   ros::WallTime awaited_since;            ///< Start of the wait for a sent image; zero: none.
   std::deque<DeltaMessage> early_deltas;  ///< Updates that arrived before the image.
