@@ -114,7 +114,8 @@ void warnIfNothingIsOccupied(const cuboid_mapping::MapSnapshot& snapshot,
   std::cerr << "bag_to_map: warning: nothing in the map is occupied. Of "
             << counted(statistics.num_points, "point") << " that took part, none is within "
             << "sensor_model/max_range; " << statistics.num_invalid << " were no returns, "
-            << statistics.num_filtered << " were cut off by min_range or pointcloud_*" << std::endl;
+            << statistics.num_filtered << " were cut off by min_range or pointcloud_*, "
+            << statistics.num_too_far << " were too far from the start of their beams" << std::endl;
 }
 
 /// Writes the map in memory to a file. @return Description of its content.

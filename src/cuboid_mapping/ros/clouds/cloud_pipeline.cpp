@@ -14,8 +14,8 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-/// Computes NodeStatistics::reach_m from a sample of the points.
-double findReach(const CloudPoints& cloud, const Eigen::Vector3d& sensor_cloud) {
+/// Computes NodeStatistics::reach_m from a sample of the points whose beams are not too long.
+double findReach(const CloudPoints& cloud, const Eigen::Vector3d& sensor_cloud, double max_beam_m) {
   if (cloud.points.empty()) return 0.0;
   constexpr std::size_t kSamples = 1000;
   const std::size_t step = cloud.points.size() / kSamples + 1;
@@ -23,11 +23,17 @@ double findReach(const CloudPoints& cloud, const Eigen::Vector3d& sensor_cloud) 
   std::vector<float> ranges_m;
   ranges_m.reserve(kSamples);
   for (std::size_t i = 0; i < cloud.points.size(); i += step) {
-    ranges_m.push_back((cloud.points[i] - origin).norm());
+    const float range_m = (cloud.points[i] - origin).norm();
+    if (static_cast<double>(range_m) <= max_beam_m) ranges_m.push_back(range_m);
   }
+  if (ranges_m.empty()) return 0.0;
   const auto reach = ranges_m.begin() + static_cast<std::ptrdiff_t>(ranges_m.size() * 95 / 100);
   std::nth_element(ranges_m.begin(), reach, ranges_m.end());
   return static_cast<double>(*reach);
+}
+
+double maxBeam(const NodeParameters& parameters) {
+  return cuboid_mapping::kMaxBeamVoxels * parameters.map.resolution_m;
 }
 
 /// Limits without the crop if the ground filter is on: see CloudPipeline::cropInBase().
@@ -56,7 +62,8 @@ CloudPipeline::CloudPipeline(const NodeParameters& parameters, const SourceParam
     : source_(source),
       self_filter_(parameters.self_filter),
       grid_(parameters.map.resolution_m),
-      checks_(source.type == SourceType::kDepthImage, source.max_range_m),
+      max_beam_m_(maxBeam(parameters)),
+      checks_(source.type == SourceType::kDepthImage, {source.max_range_m, max_beam_m_}),
       sensor_model_(source.sensor_model, parameters.map.environment),
       scan_limits_(makeScanLimits(source)),
       scan_updater_(grid_, BeamRanges{source.max_range_m, source.end_margin_m},
@@ -87,7 +94,7 @@ const ScanUpdate* CloudPipeline::compute(const SensorMessage& cloud, const Cloud
   auto& points = std::get<CloudPoints>(converted);
   statistics.num_invalid += points.num_invalid;
   const Eigen::Vector3d sensor_cloud = options.T_cloud_sensor.translation();
-  statistics.reach_m = findReach(points, sensor_cloud);
+  statistics.reach_m = findReach(points, sensor_cloud, max_beam_m_);
   checks_.note(points, sensor_cloud);
   scans_ = makeScans(cloud, points, poses, statistics);
   if (poses.body) scans_ = keep(std::move(scans_), poses.body->T_map_body, statistics);

@@ -89,6 +89,7 @@ class CloudPipeline {
   SourceParameters source_;
   SelfFilterParameters self_filter_;
   Grid grid_;
+  double max_beam_m_;
   CloudChecks checks_;
   SensorModel sensor_model_;
   ScanLimits scan_limits_;

@@ -40,12 +40,14 @@ void CloudChecks::note(const CloudPoints& cloud, const Eigen::Vector3d& sensor_c
     const auto range_mm =
         static_cast<std::int64_t>(std::llround(1e3 * std::min(ranges_m.back(), 1e9)));
     ++counts_[range_mm];
-    if (static_cast<double>(beam.norm()) > max_range_m_) ++num_too_far_;
+    const auto length_m = static_cast<double>(beam.norm());
+    if (length_m > limits_.max_range_m) ++num_beyond_range_;
+    if (length_m > limits_.max_beam_m) ++num_beyond_beam_;
   }
   num_points_ += ranges_m.size();
   if (num_points_ < kLeastJudgedPoints) return;
   checkOneRange();
-  checkMaxRange();
+  checkLimits();
   checkUnit(ranges_m);
 }
 
@@ -69,11 +71,20 @@ void CloudChecks::checkOneRange() {
                             range_m + '"');
 }
 
-void CloudChecks::checkMaxRange() {
-  if (10 * num_too_far_ < 9 * num_points_) return;
-  warnOnce("max range", percentOf(num_too_far_, num_points_) +
+void CloudChecks::checkLimits() {
+  if (10 * num_beyond_beam_ >= 9 * num_points_) {
+    warnOnce("beam", percentOf(num_beyond_beam_, num_points_) + " of the points are more than " +
+                         toText(limits_.max_beam_m) +
+                         " m from the start of their beams, which is the origin of the clouds' "
+                         "frame: they mark nothing. If the points were transformed into another "
+                         "frame, such as utm, set sensor_frame to the sensor's own");
+    return;
+  }
+  if (10 * num_beyond_range_ < 9 * num_points_) return;
+  warnOnce("max range", percentOf(num_beyond_range_, num_points_) +
                             " of the points lie beyond sensor_model/max_range, " +
-                            toText(max_range_m_) + " m: nothing there becomes occupied. Raise it" +
+                            toText(limits_.max_range_m) +
+                            " m: nothing there becomes occupied. Raise it" +
                             (is_depth_ ? ", or correct depth_unit, if the depths are not in "
                                          "millimetres (1/5000 m: 0.0002)"
                                        : ", if the points are in metres"));

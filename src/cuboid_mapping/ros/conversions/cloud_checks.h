@@ -13,12 +13,18 @@
 
 namespace cuboid_mapping_ros {
 
+/// Ranges that the beams of a source may have.
+struct RangeLimits {
+  double max_range_m;  ///< Longer beams are cut.
+  double max_beam_m;   ///< Longer beams that are not cut are left out.
+};
+
 /// Finds implausible readings of one source: a range that a tenth of all points have, depths that no camera
-/// measures, hardly a point within the maximum range, and warnings of the conversion. Reports each once.
+/// measures, hardly a point within the limits, and warnings of the conversion. Reports each once.
 class CloudChecks {
  public:
-  /// @param is_depth  Depth images: checks z, not the distance. @param max_range_m  Limit of the beams.
-  CloudChecks(bool is_depth, double max_range_m) : is_depth_(is_depth), max_range_m_(max_range_m) {}
+  /// @param is_depth  Depth images: checks z, not the distance.
+  CloudChecks(bool is_depth, const RangeLimits& limits) : is_depth_(is_depth), limits_(limits) {}
 
   /// @param sensor_cloud  Start of the beams. @complexity O(1): reads a sample of the points.
   void note(const CloudPoints& cloud, const Eigen::Vector3d& sensor_cloud);
@@ -29,14 +35,15 @@ class CloudChecks {
  private:
   void warnOnce(const std::string& kind, const std::string& text);
   void checkOneRange();
-  void checkMaxRange();
+  void checkLimits();
   void checkUnit(std::vector<double>& ranges_m);
 
   bool is_depth_;
-  double max_range_m_;
+  RangeLimits limits_;
   std::map<std::int64_t, std::size_t> counts_;  ///< Points of the sample, by range in millimetres.
   std::size_t num_points_ = 0;                  ///< Number of points in the sample.
-  std::size_t num_too_far_ = 0;
+  std::size_t num_beyond_range_ = 0;
+  std::size_t num_beyond_beam_ = 0;
   std::map<std::string, bool> said_;
   std::vector<std::string> warnings_;
 };
