@@ -11,10 +11,11 @@ namespace cuboid_mapping_ros {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr RangeLimits kNoLimits{kInfinity, kInfinity};
 
 /// The warnings about one cloud, in one text.
 std::string warningsOf(const std::vector<Eigen::Vector3f>& points, bool is_depth,
-                       const RangeLimits& limits) {
+                       const RangeLimits& limits = kNoLimits) {
   CloudChecks checks(is_depth, limits);
   CloudPoints cloud;
   cloud.points = points;
@@ -22,6 +23,41 @@ std::string warningsOf(const std::vector<Eigen::Vector3f>& points, bool is_depth
   std::string all;
   for (const std::string& warning : checks.takeWarnings()) all += warning + '\n';
   return all;
+}
+
+/// Pixels with a slanted floor from 1 m up to `floor_end_m`, and as many with one depth.
+std::vector<Eigen::Vector3f> seeFloorAnd(float depth_m, float floor_end_m) {
+  constexpr int kPixels = 200;
+  std::vector<Eigen::Vector3f> points;
+  for (int i = 0; i < kPixels; ++i) {
+    const float share = static_cast<float>(i) / kPixels;
+    points.emplace_back(share, 1.0F, 1.0F + share * (floor_end_m - 1.0F));
+    points.emplace_back(share, 0.0F, depth_m);
+  }
+  return points;
+}
+
+bool isOneRangeNamed(const std::string& said) {
+  return said.find("have one depth") != std::string::npos ||
+         said.find("have one range") != std::string::npos;
+}
+
+TEST(CloudChecks, AFarClipOfADepthCameraIsNamedButNoWall) {
+  const std::string clip = warningsOf(seeFloorAnd(7.5F, 4.0F), true);
+  EXPECT_NE(clip.find("50 % of the points have one depth, 7.5 m"), std::string::npos) << clip;
+  EXPECT_FALSE(isOneRangeNamed(warningsOf(seeFloorAnd(4.0F, 4.0F), true))) << "a wall on the floor";
+  EXPECT_FALSE(isOneRangeNamed(warningsOf(seeFloorAnd(2.0F, 4.0F), true))) << "a box on the floor";
+  EXPECT_FALSE(
+      isOneRangeNamed(warningsOf(std::vector<Eigen::Vector3f>(300, {0.0F, 0.0F, 2.0F}), true)))
+      << "a wall that fills the view";
+}
+
+TEST(CloudChecks, OneRangeOfALidarIsNamedButNoWallAcrossTheView) {
+  std::vector<Eigen::Vector3f> wall;
+  for (int i = 0; i < 300; ++i) wall.emplace_back(3.0F, 0.02F * static_cast<float>(i), 0.0F);
+  EXPECT_FALSE(isOneRangeNamed(warningsOf(wall, false)));
+  wall.insert(wall.end(), 50, {0.0F, -2.5F, 0.0F});
+  EXPECT_TRUE(isOneRangeNamed(warningsOf(wall, false)));
 }
 
 TEST(CloudChecks, PointsTooFarForBeamsAreNamedWithTheCure) {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 namespace cuboid_mapping_ros {
@@ -21,6 +22,8 @@ constexpr std::size_t kLeastJudgedPoints = 100;
 constexpr std::size_t kMaxJudgedPoints = 100000;
 /// Depth cameras rarely see farther, except in single pixels.
 constexpr double kMaxUsualDepth_m = 8.0;
+/// Share of a far clip above which a depth is near it.
+constexpr double kNearClip = 0.9;
 
 std::string percentOf(std::size_t part, std::size_t whole) {
   return std::to_string(100 * part / whole) + " %";
@@ -63,6 +66,12 @@ void CloudChecks::checkOneRange() {
       std::max_element(counts_.begin(), counts_.end(),
                        [](const auto& a, const auto& b) { return a.second < b.second; });
   if (most == counts_.end() || 10 * most->second < num_points_) return;
+  if (is_depth_) {
+    const auto least_near = static_cast<std::int64_t>(kNearClip * static_cast<double>(most->first));
+    const bool is_apart = most != counts_.begin() && counts_.lower_bound(least_near) == most &&
+                          std::next(most) == counts_.end();
+    if (!is_apart) return;
+  }
   const std::string range_m = toText(1e-3 * static_cast<double>(most->first));
   warnOnce("one range", percentOf(most->second, num_points_) + " of the points have one " +
                             (is_depth_ ? "depth" : "range") + ", " + range_m +

@@ -21,6 +21,9 @@ struct RangeLimits {
 
 /// Finds implausible readings of one source: a range that a tenth of all points have, depths that no camera
 /// measures, hardly a point within the limits, and warnings of the conversion. Reports each once.
+///
+/// One depth of a tenth of the pixels may be a wall across the view. It is only reported if it is the greatest,
+/// and no other depth comes near it, as far clips of simulated cameras are.
 class CloudChecks {
  public:
   /// @param is_depth  Depth images: checks z, not the distance.
