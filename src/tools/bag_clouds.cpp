@@ -5,6 +5,7 @@
 #include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/clouds/self_filter.h"
 #include "cuboid_mapping/ros/conversions/points.h"
+#include "cuboid_mapping/ros/diagnostics/diagnostics.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 #include "stamps.h"
 #include "transform_message.h"
@@ -249,6 +250,10 @@ void BagClouds::walkOne(const SensorMessage& cloud, const Take& take) {
 }
 
 const cuboid_mapping::ScanUpdate* BagClouds::compute(const SensorMessage& cloud, Origin& origin) {
+  if (cloud.header().frame_id.empty()) {
+    leaveOut(DropReason::kEmptyFrame, toAdvice(DropReason::kEmptyFrame));
+    return nullptr;
+  }
   Source& source = *sources_.at(cloud.source);
   std::string tf_error;
   const auto poses = findPoses(cloud, source, tf_error);

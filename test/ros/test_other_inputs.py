@@ -171,6 +171,18 @@ class OtherInputsTest(unittest.TestCase):
         self.map_records(records, '--set', 'sensor_model/max_range=100')
         self.assertEqual(self.voxels(), {tuple(np.round(point, 2)) for point in points[1:]})
 
+    def test_points_in_a_far_frame_are_named(self):
+        far = np.array(ROW * 30) + (466880.0, 5572094.0, 330.0)
+        said = self.map_records(clouds(make_cloud(far, kind='<f8')) + [STATIC])
+        self.assertIn('more than 6553.5 m from the start of their beams', said)
+        self.assertIn('sensor_frame', said)
+        self.assertIn('120 were too far', said)
+
+    def test_a_cloud_without_a_frame_is_called_so(self):
+        said = self.map_records([STATIC] + clouds(make_cloud(ROW, frame='')), status=1)
+        self.assertIn('empty frame_id: header.frame_id is empty: set the frame', said)
+        self.assertNotIn('Nobody publishes', said)
+
     # A single reading.
 
     def test_a_row_step_of_the_whole_cloud_or_none_has_one_reading(self):

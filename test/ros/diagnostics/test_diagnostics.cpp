@@ -55,6 +55,9 @@ TEST(Diagnostics, WarnsWhileNoCloudHasCome) {
   EXPECT_EQ(summarize(report, {}).message.find("nobody publishes"), std::string::npos);
   report.num_publishers = 0;
   expectWarning(summarize(report, {}), {"no cloud on /points yet", "nobody publishes it"});
+  report.is_simulated_time = true;
+  expectWarning(summarize(report, {}), {"if it ended before this node was ready", "delay"});
+  report.is_simulated_time = false;
   report.other_topics = "/front, /rear";
   expectWarning(summarize(report, {}), {"nobody publishes it", "with this type: /front, /rear"});
   report.wrong_types = "/points is a scan";
@@ -124,6 +127,22 @@ TEST(Diagnostics, OldStampsAreToldInWords) {
   for (const auto& entry : status.values) {
     EXPECT_EQ(entry.value.find("130000000"), std::string::npos) << entry.key;
   }
+}
+
+TEST(Diagnostics, CloudsWithoutStampAreNoOldOnes) {
+  NodeReport report = makeReport(5, 5);
+  report.last_cloud = LastCloud{"lidar", 1.6e9, "", std::nullopt, false};
+  const ReportSummary summary = summarize(report, report.statistics);
+  EXPECT_EQ(summary.message.find("old"), std::string::npos) << summary.message;
+  expectWords(summary, {"the clouds have no stamp", "set header.stamp"});
+}
+
+TEST(Diagnostics, ImagesThatWaitForCameraInfoSaySo) {
+  NodeReport report = makeReport(8, 0);
+  report.statistics.numDropped(DropReason::kNoCameraInfo) = 5;
+  report.last_cloud = LastCloud{"camera", 0.1, "", std::nullopt};
+  expectWarning(summarize(report, report.statistics),
+                {"3 clouds wait for camera_info", "publisher"});
 }
 
 TEST(Diagnostics, AMissingTransformIsNamedWithFramesAgeAndReason) {

@@ -30,6 +30,10 @@ std::string describeFrames(const NodeReport& report) {
 /// Fault and cure if the stamps cannot be current; else empty.
 std::string describeClock(const NodeReport& report) {
   if (!report.last_cloud) return {};
+  if (!report.last_cloud->has_stamp) {
+    return "the clouds have no stamp, and get the newest transforms: have the driver set "
+           "header.stamp";
+  }
   const double age_s = report.last_cloud->age_s;
   if (age_s < -kMaxAhead_s) {
     const std::string lead = "the stamps of the clouds are " + describeAge(age_s) + " ahead of ";
@@ -217,7 +221,11 @@ ReportSummary summarize(const NodeReport& report, const NodeStatistics& last_rep
         ReportLevel::kWarning,
         "no cloud on " + report.cloud_topic + " yet" +
             (report.num_publishers == 0 ? ", nobody publishes it" : "") +
-            ": check the topic name and its remapping, and that the sensor is running" +
+            ": check the topic name and its remapping, and that the " +
+            (report.is_simulated_time
+                 ? "bag still plays; if it ended before this node was ready, play it again "
+                   "(replay.launch: with a longer delay)"
+                 : "sensor is running") +
             (report.other_topics.empty() ? ""
                                          : ". Published with this type: " + report.other_topics)};
   }
@@ -235,6 +243,12 @@ ReportSummary summarize(const NodeReport& report, const NodeStatistics& last_rep
     const bool has_tf =
         report.last_cloud && report.last_cloud->tf_error.empty() && report.why_waiting.empty();
     if (has_tf) {
+      const bool has_no_camera =
+          now.num_inserted == 0 && now.numDropped(DropReason::kNoCameraInfo) > 0;
+      if (has_no_camera) {
+        return {levelOfFault(report),
+                clouds + " for camera_info: " + toAdvice(DropReason::kNoCameraInfo)};
+      }
       return {levelOfFault(report), clouds + ": " + report.speed_advice.value_or("for their turn")};
     }
     return {levelOfFault(report), clouds + " for a transform: " + describeTf(report)};
@@ -267,6 +281,8 @@ const char* toAdvice(DropReason reason) {
     case DropReason::kNoTransform:
       return "check that tf has a path from the cloud's frame to frame_id at the cloud's stamp "
              "(rosrun tf tf_echo)";
+    case DropReason::kEmptyFrame:
+      return "header.frame_id is empty: set the frame of the sensor in its driver";
     case DropReason::kNoPointTimes:
       return "have the driver send the time of each point, or set deskew to false";
     case DropReason::kTooOldForTf:

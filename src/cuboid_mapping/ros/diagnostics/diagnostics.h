@@ -62,6 +62,7 @@ struct LastCloud {
   double age_s = 0.0;    ///< Age at reception, by its stamp; negative: the stamp is ahead.
   std::string tf_error;  ///< Reason why it has no pose in the map now; empty: it has one.
   std::optional<double> tf_lead_s;  ///< See PoseSearch; only with an error.
+  bool has_stamp = true;
 };
 
 /// Cloud rate of a source.

@@ -13,6 +13,7 @@ namespace cuboid_mapping_ros {
 LastCloud MappingNode::describeLastCloud(const CloudLedger::Page& page) {
   LastCloud cloud;
   cloud.frame_id = page.last_header.frame_id;
+  cloud.has_stamp = !page.last_header.stamp.isZero();
   // ros::Duration would throw beyond 2^31 s.
   cloud.age_s = page.last_arrival.toSec() - page.last_header.stamp.toSec();
   const PoseSearch search =
