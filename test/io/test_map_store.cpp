@@ -246,6 +246,20 @@ TEST(MapStore, belongsToOneMap) {
   EXPECT_EQ(MapStore(file, StoreAccess::kRead).head()->sensor_model.hit, 0.65);
 }
 
+TEST(MapStore, keepsTheProgressOfItsObservationsWhenAMapWithoutAnyGoesOn) {
+  const TemporaryFolder folder;
+  const std::string file = folder / "map.sqlite";
+  MapSnapshot head;
+  head.resolution_m = 0.2;
+  head.progress = "of two robots";
+  (void)openStoreOf(head, file);
+  head.progress.clear();
+  EXPECT_EQ(openStoreOf(head, file)->head()->progress, "of two robots");
+  head.progress = "of three robots";
+  (void)openStoreOf(head, file);
+  EXPECT_EQ(MapStore(file, StoreAccess::kRead).head()->progress, "of three robots");
+}
+
 TEST(MapStore, hasOneWriterWhichHasItAlone) {
   const TemporaryFolder folder;
   const std::string file = folder / "map.sqlite";

@@ -96,7 +96,8 @@ class MapStore {
   std::optional<MapSnapshot> head_;
 };
 
-/// Opens a store for writing a map, and sets its head: an existing store gets a new sensor model and progress.
+/// Opens a store for writing a map, and sets its head: an existing store gets a new sensor model, and its
+/// progress unless it is empty: the observations of robots in the store stay known.
 /// @throws MapFileError  as MapStore, and kForeign for a store of another resolution, environment or frame.
 [[nodiscard]] std::unique_ptr<MapStore> openStoreOf(const MapSnapshot& head,
                                                     const std::string& file);

@@ -249,6 +249,7 @@ void MapStore::putPages(const MapSnapshot& head, const std::vector<Cell>& pages,
 
 std::unique_ptr<MapStore> openStoreOf(const MapSnapshot& head, const std::string& file) {
   auto store = std::make_unique<MapStore>(file, StoreAccess::kWrite);
+  MapSnapshot new_head = withoutBricks(head);
   if (store->head()) {
     const MapSnapshot& found = *store->head();
     const auto refuse = [&](const std::string& what, const std::string& is,
@@ -266,8 +267,9 @@ std::unique_ptr<MapStore> openStoreOf(const MapSnapshot& head, const std::string
     if (found.frame_id != head.frame_id && !found.frame_id.empty()) {
       refuse("frame", "'" + found.frame_id + "'", "'" + head.frame_id + "'");
     }
+    if (new_head.progress.empty()) new_head.progress = found.progress;
   }
-  store->setHead(head);
+  store->setHead(new_head);
   return store;
 }
 

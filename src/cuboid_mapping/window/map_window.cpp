@@ -369,7 +369,9 @@ void MapWindow::addStored(const Cell& page, const SnapshotLimits& limits,
 void MapWindow::saveHead(const CuboidMap& map) {
   if (!store_) return;
   try {
-    store_->setHead(headOf(map, *store_));
+    MapSnapshot head = headOf(map, *store_);
+    if (store_->head()) head.progress = store_->head()->progress;
+    store_->setHead(head);
   } catch (const MapFileError& error) {
     noteFailure(error.what());
   }
