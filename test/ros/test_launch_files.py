@@ -1,12 +1,16 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 """Checks launch files and rviz configurations. Needs no master."""
+import importlib.machinery
+import importlib.util
 import json
 import os
 import pathlib
 import re
 import subprocess
+import sys
 import unittest
+from unittest import mock
 
 import yaml
 
@@ -106,6 +110,20 @@ class LaunchFilesTest(unittest.TestCase):
         for topic in shown:
             self.assertIn(topic.lstrip('/'), topics)
 
+    def test_a_sensor_that_nobody_publishes_yet_is_shown_by_its_type(self):
+        loader = importlib.machinery.SourceFileLoader('show_map', str(ROOT / 'python/show_map'))
+        show_map = importlib.util.module_from_spec(importlib.util.spec_from_loader('show_map', loader))
+        loader.exec_module(show_map)
+        for kind, classes in (('laser_scan', ['rviz/LaserScan']), ('point_cloud', ['rviz/PointCloud2']), ('depth_image', [])):
+            displays = [{'Topic': 'cloud_in', 'Class': 'rviz/PointCloud2'}]
+            with mock.patch.object(show_map, 'rospy') as rospy:
+                rospy.get_published_topics.return_value = []
+                rospy.resolve_name.return_value = '/scan'
+                rospy.get_param.return_value = kind
+                show_map.show_sensor(displays, 'cuboid_mapping')
+            self.assertEqual([display['Class'] for display in displays], classes)
+
 
 if __name__ == '__main__':
+    sys.dont_write_bytecode = True  # Of python/show_map.
     unittest.main()
