@@ -67,6 +67,7 @@ TEST(CloudChecks, PointsTooFarForBeamsAreNamedWithTheCure) {
     EXPECT_NE(said.find("100 % of the points are more than 6553.5 m"), std::string::npos) << said;
     EXPECT_NE(said.find("sensor_frame"), std::string::npos) << said;
     EXPECT_EQ(said.find("Raise it"), std::string::npos) << said;
+    EXPECT_FALSE(isOneRangeNamed(said)) << said;
   }
 }
 

@@ -42,10 +42,13 @@ void CloudChecks::note(const CloudPoints& cloud, const Eigen::Vector3d& sensor_c
     ranges_m.push_back(static_cast<double>(is_depth_ ? beam.z() : beam.norm()));
     const auto range_mm =
         static_cast<std::int64_t>(std::llround(1e3 * std::min(ranges_m.back(), 1e9)));
-    ++counts_[range_mm];
     const auto length_m = static_cast<double>(beam.norm());
     if (length_m > limits_.max_range_m) ++num_beyond_range_;
-    if (length_m > limits_.max_beam_m) ++num_beyond_beam_;
+    if (length_m > limits_.max_beam_m) {
+      ++num_beyond_beam_;
+    } else {
+      ++counts_[range_mm];
+    }
   }
   num_points_ += ranges_m.size();
   if (num_points_ < kLeastJudgedPoints) return;
