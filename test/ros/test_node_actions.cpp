@@ -212,6 +212,20 @@ TEST_P(NodeActions, AreAbortedWhereTheServiceRefuses) {
   EXPECT_EQ(act<LoadMapAction>("/load_map", load).state, "ABORTED");
 }
 
+TEST_P(NodeActions, AnswerManyGoalsAtOnce) {
+  ros::NodeHandle nh;
+  const auto goals =
+      nh.advertise<cuboid_mapping::MoveMapActionGoal>(std::string(kName) + "/move_map/goal", 10000);
+  ASSERT_TRUE(waitFor([&] { return goals.getNumSubscribers() > 0; }));
+  cuboid_mapping::MoveMapActionGoal goal;
+  goal.goal = shiftOf(0.32);
+  for (int i = 0; i < 5000; ++i) {
+    goal.goal_id.id = std::to_string(i);
+    goals.publish(goal);
+  }
+  EXPECT_EQ(act<MoveMapAction>("/move_map", shiftOf(0.3)).state, "SUCCEEDED");
+}
+
 TEST_P(NodeActions, EndWithTheNode) {
   SaveMapGoal save;
   save.filename = folder_ / "saved.csv";  // The slowest format.

@@ -12,6 +12,7 @@
 
 #include <atomic>
 #include <functional>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <utility>
@@ -78,6 +79,7 @@ class LongCall {
   using Result = typename Server::Result;
 
   void answerGoal() {
+    const std::lock_guard<std::mutex> one_goal_at_a_time(answering_);
     if (is_stopping_ || !action_->isNewGoalAvailable()) return;
     is_cancelled_ = false;
     const auto goal = action_->acceptNewGoal();
@@ -110,6 +112,7 @@ class LongCall {
   std::string name_;
   GuardedQueue& queue_;
   Work work_;
+  std::mutex answering_;  ///< The queue may have several threads.
   std::atomic<bool> is_stopping_{false};
   std::atomic<bool> is_cancelled_{false};
   typename Server::Feedback feedback_;  ///< Last feedback that was sent.
