@@ -76,19 +76,10 @@ class TurnedBox {
   /// @param turn  Columns: directions of the edges.
   TurnedBox(const Eigen::Vector3d& center, const Eigen::Matrix3d& turn, const Eigen::Vector3d& half)
       : center_(center), bounds_(cellsAround(center, turn.cwiseAbs() * half)) {
-    const auto add = [&](const Eigen::Vector3d& axis) {
-      // Edges are parallel: the other axes decide.
-      constexpr double kParallel = 1e-6;
-      const double length = axis.norm();
-      if (length < kParallel) return;
-      const Eigen::Vector3d normal = axis / length;
-      axes_[num_axes_++] = {normal, (turn.transpose() * normal).cwiseAbs().dot(half),
-                            normal.cwiseAbs().sum()};
-    };
-    for (int i = 0; i < 3; ++i) add(Eigen::Vector3d::Unit(i));
-    for (int i = 0; i < 3; ++i) add(turn.col(i));
+    for (int i = 0; i < 3; ++i) add(Eigen::Vector3d::Unit(i), turn, half);
+    for (int i = 0; i < 3; ++i) add(turn.col(i), turn, half);
     for (int i = 0; i < 3; ++i) {
-      for (int k = 0; k < 3; ++k) add(Eigen::Vector3d::Unit(i).cross(turn.col(k)));
+      for (int k = 0; k < 3; ++k) add(Eigen::Vector3d::Unit(i).cross(turn.col(k)), turn, half);
     }
   }
 
@@ -108,6 +99,18 @@ class TurnedBox {
     double reach;          ///< Distance from the box's centre to a corner.
     double reach_of_cube;  ///< The same for a cube with edges of length 2.
   };
+
+  /// gcc 9.3 ends with an internal error where it puts this into the loops of the constructor.
+  __attribute__((noinline)) void add(const Eigen::Vector3d& axis, const Eigen::Matrix3d& turn,
+                                     const Eigen::Vector3d& half) {
+    // Edges are parallel: the other axes decide.
+    constexpr double kParallel = 1e-6;
+    const double length = axis.norm();
+    if (length < kParallel) return;
+    const Eigen::Vector3d normal = axis / length;
+    axes_[num_axes_++] = {normal, (turn.transpose() * normal).cwiseAbs().dot(half),
+                          normal.cwiseAbs().sum()};
+  }
 
   Eigen::Vector3d center_;
   CellBox bounds_;
