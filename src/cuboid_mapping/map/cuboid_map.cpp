@@ -16,10 +16,11 @@
 namespace cuboid_mapping {
 namespace {
 
+/// Whether each brick comes once, along the Morton curve of its sensor.
 bool isOrdered(const std::vector<BrickUpdate>& bricks) {
   return std::adjacent_find(bricks.begin(), bricks.end(),
                             [](const BrickUpdate& a, const BrickUpdate& b) {
-                              return !isBeforeOnMortonCurve(a.brick, b.brick);
+                              return a.morton >= b.morton;
                             }) == bricks.end();
 }
 
@@ -71,7 +72,8 @@ ChangeSet CuboidMap::apply(const ScanUpdate& update, const SensorModel& model) {
 VoxelStore::PendingChange CuboidMap::prepare(const ScanUpdate& update,
                                              const SensorModel& model) const {
   assert(model.min() == sensor_model_.min() && model.max() == sensor_model_.max());
-  if (locked_->isEmpty() && isOrdered(update.bricks)) {
+  // Only growth depends on the order of bricks, which must not depend on the sensor's place.
+  if (locked_->isEmpty() && !growth_ && isOrdered(update.bricks)) {
     return voxels_.prepare(update.bricks, model, work());
   }
   return voxels_.prepare(locked_->without(ordered(update.bricks)), model, work());
