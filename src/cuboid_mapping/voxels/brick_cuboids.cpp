@@ -63,21 +63,24 @@ void DividedBrick::add(BrickMask voxels) noexcept {
 }
 
 BrickCuboids::Word BrickCuboids::pack(const DividedBrick& divided) {
-  static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "the low bytes of a box come first");
-  const std::size_t count = static_cast<std::size_t>(divided.count);
+  static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "the low bits of a box come first");
   if (divided.count <= kMostInline) {
     Word word = kInline | static_cast<Word>(divided.count) << 1 |
                 static_cast<Word>(divided.num_occupied) << 3;
-    for (std::size_t i = 0; i < count; ++i) word |= Word{divided.boxes[i]} << (5 + kBoxBits * i);
+    for (int i = 0; i < divided.count; ++i) {
+      word |= Word{divided.boxes[static_cast<std::size_t>(i)]} << (5 + kBoxBits * i);
+    }
     return word;
   }
   auto* block = new std::byte[blockBytes(divided.count)];
-  const Head head{static_cast<std::uint16_t>(divided.num_occupied),
-                  static_cast<std::uint16_t>(divided.count)};
-  std::memcpy(block, &head, sizeof(head));
-  std::byte* at = block + sizeof(head);
-  for (std::size_t i = 0; i < count; ++i, at += kBoxBytes) {
-    std::memcpy(at, &divided.boxes[i], sizeof(PackedBox));
+  std::uint32_t word = static_cast<std::uint32_t>(divided.num_occupied) << kCountBits |
+                       static_cast<std::uint32_t>(divided.count);
+  std::memcpy(block, &word, sizeof(word));
+  word >>= 8 * byteOf(0);  // From here on with bits of what lies before the box.
+  for (int i = 0; i < divided.count; ++i) {
+    word |= divided.boxes[static_cast<std::size_t>(i)] << shiftOf(i);
+    std::memcpy(block + byteOf(i), &word, sizeof(word));
+    word >>= 8 * (byteOf(i + 1) - byteOf(i));
   }
   return reinterpret_cast<Word>(block);
 }

@@ -50,8 +50,8 @@ struct DividedBrick {
   return divided;
 }
 
-/// The cuboids of one brick, packed: in the object itself for up to three, else 3 bytes each. Stale
-/// cuboids no longer fit the voxels; the next reader divides these.
+/// The cuboids of one brick, packed: 18 bits each, up to three in the object itself. Stale cuboids
+/// no longer fit the voxels; the next reader divides these.
 ///
 /// Const functions may run side by side, keep() too; a change needs exclusive access.
 class BrickCuboids {
@@ -123,24 +123,21 @@ class BrickCuboids {
   static constexpr int kMostInline = 3;
   static constexpr int kBoxBits = 18;
   static constexpr PackedBox kBoxMask = (1U << kBoxBits) - 1;
-  static constexpr std::size_t kBoxBytes = 3;
 
-  /// Head of a block; its boxes follow, 3 bytes each.
-  struct Head {
-    std::uint16_t num_occupied;
-    std::uint16_t count;
-  };
+  /// A block begins with the number of boxes and that of occupied ones, 10 bits each; the boxes follow.
+  static constexpr int kCountBits = 10;
+  static constexpr std::uint32_t kCountMask = (1U << kCountBits) - 1;
   struct View {
     int num_occupied;
     int count;
     Word inline_boxes;
-    const std::byte* boxes;  ///< Null: inline.
+    const std::byte* block;  ///< Null: inline.
 
     [[nodiscard]] PackedBox box(int i) const {
-      if (boxes == nullptr) return static_cast<PackedBox>(inline_boxes >> i * kBoxBits) & kBoxMask;
-      PackedBox box = 0;  // One more byte exists after the last box.
-      std::memcpy(&box, boxes + static_cast<std::size_t>(i) * kBoxBytes, sizeof(box));
-      return box & kBoxMask;
+      if (block == nullptr) return static_cast<PackedBox>(inline_boxes >> i * kBoxBits) & kBoxMask;
+      PackedBox box = 0;
+      std::memcpy(&box, block + byteOf(i), sizeof(box));
+      return box >> shiftOf(i) & kBoxMask;
     }
   };
 
@@ -150,8 +147,17 @@ class BrickCuboids {
             filter == CuboidFilter::kOccupied ? num_occupied : count};
   }
   [[nodiscard]] static Word pack(const DividedBrick& divided);
-  [[nodiscard]] static std::size_t blockBytes(int count) {
-    return sizeof(Head) + static_cast<std::size_t>(count) * kBoxBytes + 1;
+  /// Place of a box in a block: in 4 bytes from this one on, above this bit.
+  ///@{
+  [[nodiscard]] static constexpr std::size_t byteOf(int i) {
+    return static_cast<std::size_t>((2 * kCountBits + i * kBoxBits) / 8 - 1);
+  }
+  [[nodiscard]] static constexpr int shiftOf(int i) {
+    return (2 * kCountBits + i * kBoxBits) % 8 + 8;
+  }
+  ///@}
+  [[nodiscard]] static constexpr std::size_t blockBytes(int count) {
+    return byteOf(count - 1) + sizeof(PackedBox);
   }
   /// The block at the address in a word.
   [[nodiscard]] static std::byte* blockOf(Word word) {
@@ -168,9 +174,10 @@ class BrickCuboids {
       return {static_cast<int>(word >> 3 & 3), static_cast<int>(word >> 1 & 3), word >> 5, nullptr};
     }
     const std::byte* block = blockOf(word);
-    Head head;
-    std::memcpy(&head, block, sizeof(head));
-    return {head.num_occupied, head.count, 0, block + sizeof(head)};
+    std::uint32_t counts = 0;
+    std::memcpy(&counts, block, sizeof(counts));
+    return {static_cast<int>(counts >> kCountBits & kCountMask),
+            static_cast<int>(counts & kCountMask), 0, block};
   }
 
   mutable std::atomic<Word> word_{kStale};
