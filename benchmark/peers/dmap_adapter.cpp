@@ -63,8 +63,8 @@ Tree readTree(DMap::dmap& map) {
   return tree;
 }
 
-/// Angle between neighbouring points, if they lie on a square grid: from the solid angle that they cover.
-double findSpacing_deg(const std::vector<Eigen::Vector3f>& points, const Eigen::Vector3f& origin) {
+/// Angle [rad] between neighbouring points, if they lie on a square grid: from the solid angle that they cover.
+double findSpacing(const std::vector<Eigen::Vector3f>& points, const Eigen::Vector3f& origin) {
   constexpr double kBins = 180.0;  // in azimuth; half as many in height: all have the same size
   std::set<std::pair<int, int>> bins;
   for (const Eigen::Vector3f& point : points) {
@@ -73,7 +73,7 @@ double findSpacing_deg(const std::vector<Eigen::Vector3f>& points, const Eigen::
                  std::lround(kBins / 4.0 * direction.z()));
   }
   const double covered_sr = static_cast<double>(bins.size()) * 4.0 * M_PI / (kBins * kBins / 2.0);
-  return std::sqrt(covered_sr / static_cast<double>(points.size())) * 180.0 / M_PI;
+  return std::sqrt(covered_sr / static_cast<double>(points.size()));
 }
 
 /// Its range and the angle between the points are those of the first cloud; its field of view is all around.
@@ -162,14 +162,14 @@ class DmapAdapter : public PeerAdapter {
     constexpr float kFullRatio = 0.8F;
     constexpr float kLargestCube_m = 10.0F;
     // More than 90: else the tangent decides how far up its field of view reaches.
-    constexpr double kElevation_deg = 90.01;
+    const double elevation_deg = 90.01;
     double range_m = 0.0;
     for (const Eigen::Vector3f& point : points) {
       range_m = std::max<double>(range_m, (point - origin).norm());
     }
     std::vector<double> azimuths_deg{-180.0, 180.0};
-    std::vector<double> elevations_deg{-kElevation_deg, kElevation_deg};
-    std::vector<double> spacing_deg{findSpacing_deg(points, origin)};
+    std::vector<double> elevations_deg{-elevation_deg, elevation_deg};
+    std::vector<double> spacing_deg{findSpacing(points, origin) * 180.0 / M_PI};
     const auto resolution_m = static_cast<float>(grid_.resolution());
     map_ = std::make_unique<DMap::dmap>(resolution_m, kAccuracy, kFullRatio);
     map_->Set_Sensor_Params(0, azimuths_deg, elevations_deg,
