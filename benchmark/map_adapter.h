@@ -101,6 +101,20 @@ struct InsertionConfig {
 
 /// A wavelet octree of wavemap, filled voxel by voxel with our updates. Knows no static environment.
 [[nodiscard]] std::unique_ptr<PeerAdapter> makeWavemapAdapter(const InsertionConfig& config);
+
+/// A map of ohm, filled voxel by voxel with our updates.
+[[nodiscard]] std::unique_ptr<PeerAdapter> makeOhmAdapter(const InsertionConfig& config);
+
+/// The same with ohm's RayMapperOccupancy: each beam counts, so that a cloud updates a voxel many times.
+[[nodiscard]] std::unique_ptr<PeerAdapter> makeOhmRaysAdapter(const InsertionConfig& config);
+
+/// A dense grid of mrpt with log-odds in steps of 1/16, filled voxel by voxel with our updates. Knows no static
+/// environment.
+[[nodiscard]] std::unique_ptr<PeerAdapter> makeMrptAdapter(const InsertionConfig& config);
+
+/// A D-Map, which keeps unknown space and the voxels that points ever lay in, and has no log-odds. Knows no
+/// static environment.
+[[nodiscard]] std::unique_ptr<PeerAdapter> makeDmapAdapter(const InsertionConfig& config);
 ///@}
 
 }  // namespace cuboid_mapping::bench

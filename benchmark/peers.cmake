@@ -69,4 +69,24 @@ endif()
 cuboid_mapping_add_peer(wavemap makeWavemapAdapter "wavemap 2 and libgoogle-glog-dev"
   "${WAVEMAP_INCLUDE_DIR};${GLOG_INCLUDE_DIR}" "${WAVEMAP_LIBRARY};${GLOG_LIBRARY}")
 
+find_package(ohm CONFIG QUIET)
+set(CUBOID_MAPPING_HAS_OHM ${ohm_FOUND})
+set(CUBOID_MAPPING_HAS_OHM_RAYS ${ohm_FOUND})
+cuboid_mapping_add_peer(ohm makeOhmAdapter "ohm 0.5" "" ohm::ohm)
+cuboid_mapping_add_peer(ohm_rays makeOhmRaysAdapter "ohm 0.5" "" ohm::ohm)
+
+find_package(mrpt-maps CONFIG QUIET)
+set(CUBOID_MAPPING_HAS_MRPT ${mrpt-maps_FOUND})
+cuboid_mapping_add_peer(mrpt makeMrptAdapter libmrpt-maps-dev "" mrpt::maps)
+
+find_path(DMAP_INCLUDE_DIR D-Map/D-Map.h)
+find_library(DMAP_LIBRARY dmap_lib)
+find_path(FMT_INCLUDE_DIR fmt/color.h)
+mark_as_advanced(DMAP_INCLUDE_DIR DMAP_LIBRARY FMT_INCLUDE_DIR)
+if(DMAP_INCLUDE_DIR AND DMAP_LIBRARY AND FMT_INCLUDE_DIR)
+  set(CUBOID_MAPPING_HAS_DMAP TRUE)
+endif()
+cuboid_mapping_add_peer(dmap makeDmapAdapter "D-Map and libfmt-dev"
+  "${DMAP_INCLUDE_DIR};${FMT_INCLUDE_DIR};${PCL_INCLUDE_DIRS}" "${DMAP_LIBRARY}")
+
 file(GENERATE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/generated/optional_peers.inc CONTENT "${CUBOID_MAPPING_PEER_TABLE}")

@@ -6,7 +6,8 @@ SHORT_NAMES = {'kitti_0005_city': 'KITTI 0005, city', 'muehlburger_tor_standing'
                'sim_fr079': 'fr079, simulated', 'rgbd_7scenes': '7-Scenes, RGB-D'}
 PEERS = {'octomap': 'OctoMap', 'openvdb': 'OpenVDB'}
 OTHER_MAPS = {'octomap': 'OctoMap', 'octomap_lazy': 'OctoMap, lazy', 'openvdb': 'OpenVDB', 'bonxai': 'Bonxai, grid',
-              'bonxai_map': 'Bonxai, own rays', 'ufomap': 'UFOMap', 'wavemap': 'wavemap, our voxels'}
+              'bonxai_map': 'Bonxai, own rays', 'ufomap': 'UFOMap', 'wavemap': 'wavemap, our voxels',
+              'ohm': 'ohm, our voxels', 'ohm_rays': 'ohm, own rays', 'mrpt': 'mrpt, our voxels', 'dmap': 'D-Map'}
 KITTI, TOR, FR079, RGBD = SHORT_NAMES
 
 # (data set, resolution).
