@@ -119,6 +119,8 @@ TEST_P(NodeJump, IsRefusedWhereTheMapCannotBeTakenAlongExactly) {
   const auto late = move(makeTranslation(0.3, 0.0, 0.0), ros::Time(time_s_));
   EXPECT_FALSE(late.info.success);
   EXPECT_NE(late.info.message.find("~pause"), std::string::npos) << late.info.message;
+  const auto far_ahead = move(makeTranslation(0.3, 0.0, 0.0), ros::Time(4e9));
+  EXPECT_FALSE(far_ahead.info.success) << "all clouds until then would be dropped";
   EXPECT_EQ(saveMap(), before);
   drive(1.0, 2.0);
   EXPECT_EQ(numBeforeJump(), 0);

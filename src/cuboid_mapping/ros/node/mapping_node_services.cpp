@@ -11,7 +11,9 @@
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
 
+#include <algorithm>
 #include <sstream>
+#include <string>
 #include <utility>
 
 namespace cuboid_mapping_ros {
@@ -21,6 +23,23 @@ using std_srvs::SetBool;
 using std_srvs::Trigger;
 
 namespace {
+
+/// Why the map cannot move for a jump at this time; empty if it can. @param latest  Newest cloud in the map.
+std::string describeWrongTime(const ros::Time& jump, const ros::Time& latest) {
+  constexpr double kMaxAhead_s = 60.0;
+  std::ostringstream text;
+  if (jump.isZero()) return {};
+  if (latest >= jump) {
+    text << "the map has a cloud of " << latest << " s, but the jump was at " << jump
+         << " s: call ~move_map before poses of the new frame are published, or ~pause before the "
+            "jump";
+  } else if (jump.toSec() > std::max(ros::Time::now(), latest).toSec() + kMaxAhead_s) {
+    text << "the jump is at " << jump << " s, more than " << kMaxAhead_s
+         << " s ahead of the node's time and of the newest cloud: no cloud before it would come "
+            "into the map. Give its time on the clock of the clouds";
+  }
+  return text.str();
+}
 
 template <typename ServiceT>
 ros::ServiceServer advertise(const ros::NodeHandle& nh, const char* name, const MapInFrame& map) {
@@ -119,14 +138,8 @@ StorageAnswer MappingNode::moveMap(const Eigen::Isometry3d& T_new_old, const ros
   const double resolution_m = map_.grid().resolution();
   const auto motion = VoxelMotion::of(T_new_old, resolution_m);
   if (!motion) answer.error = describeRefusal(T_new_old, resolution_m);
-  const ros::Time latest = map_.stamp();
-  if (!jump.isZero() && latest >= jump) {
-    std::ostringstream text;
-    text << "the map has a cloud of " << latest << " s, but the jump was at " << jump
-         << " s: call ~move_map before poses of the new frame are published, or ~pause before the "
-            "jump";
-    answer.error = text.str();
-  }
+  const std::string wrong_time = describeWrongTime(jump, map_.stamp());
+  if (!wrong_time.empty()) answer.error = wrong_time;
   if (!parameters_.fleet.robots.empty()) {
     answer.error =
         "the robots' observations stay in the old frame: stop this node and theirs, move the map "
