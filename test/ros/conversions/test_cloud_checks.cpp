@@ -10,8 +10,8 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr RangeLimits kNoLimits{kInfinity, kInfinity};
+constexpr double kUnlimited_m = std::numeric_limits<double>::infinity();
+constexpr RangeLimits kNoLimits{kUnlimited_m, kUnlimited_m};
 
 /// The warnings about one cloud, in one text.
 std::string warningsOf(const std::vector<Eigen::Vector3f>& points, bool is_depth,
@@ -62,7 +62,7 @@ TEST(CloudChecks, OneRangeOfALidarIsNamedButNoWallAcrossTheView) {
 
 TEST(CloudChecks, PointsTooFarForBeamsAreNamedWithTheCure) {
   const std::vector<Eigen::Vector3f> utm(200, {466880.0F, 5572094.0F, 330.0F});
-  for (const double max_range_m : {kInfinity, 50.0}) {
+  for (const double max_range_m : {kUnlimited_m, 50.0}) {
     const std::string said = warningsOf(utm, false, {max_range_m, 6553.5});
     EXPECT_NE(said.find("100 % of the points are more than 6553.5 m"), std::string::npos) << said;
     EXPECT_NE(said.find("sensor_frame"), std::string::npos) << said;
