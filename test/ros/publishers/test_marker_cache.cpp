@@ -154,7 +154,8 @@ TEST(MarkerCache, FarAwayPosesCarryWhatFloatsCannot) {
   config.resolution_m = 0.5;
   CuboidMap map(config);
   MarkerCache cache(map.grid(), MarkerStyle());
-  EXPECT_TRUE(cache.update(map, makeHeader()).markers.empty());  // For a listener before the first cloud.
+  EXPECT_TRUE(
+      cache.update(map, makeHeader()).markers.empty());  // For a listener before the first cloud.
   const Cell far{1000001, 10000003, 5};
   cache.noteChanges(
       map.replace(CellBox::ofCell(far), std::vector<UniformBox>{{CellBox::ofCell(far), 1.0F}}));
