@@ -2,9 +2,7 @@
 #include "map_adapter.h"
 
 #include "peers/agreement_counter.h"
-#include "timing.h"
-
-#include "cuboid_mapping/scan/scan_update.h"
+#include "peers/our_voxels.h"
 
 #include <mrpt/maps/COccupancyGridMap3D.h>
 
@@ -32,26 +30,22 @@ class MrptAdapter : public PeerAdapter {
   explicit MrptAdapter(const InsertionConfig& config)
       : grid_(config.map.resolution_m),
         sensor_model_(config.map.sensor_model),
-        updater_(std::make_unique<ScanUpdater>(grid_, config.max_range_m)) {}
+        voxels_(grid_, config.max_range_m) {}
 
   [[nodiscard]] std::string name() const override { return "mrpt"; }
   /// It has no search along a ray.
   [[nodiscard]] bool offers(QueryKind kind) const override { return kind != QueryKind::kRay; }
 
   void insert(const Scan& scan) override {
-    const ScanUpdate* update = nullptr;
-    ray_walk_cpu_s_ += timeOf([&] { update = &updater_->compute(scan); }).cpu_s;
-    if (update->bricks.empty()) return;
-    growTo(update->bricks);
-    for (const BrickUpdate& brick : update->bricks) {
-      forEachCell(brick.brick, brick.misses.without(brick.hits),
-                  [this](const Cell& cell) { add(cell, toValue(sensor_model_.miss())); });
-      forEachCell(brick.brick, brick.hits,
-                  [this](const Cell& cell) { add(cell, toValue(sensor_model_.hit())); });
-    }
+    const ScanUpdate& update = voxels_.compute(scan);
+    if (update.bricks.empty()) return;
+    growTo(update.bricks);
+    OurVoxels::forEach(
+        update, [this](const Cell& cell) { add(cell, toValue(sensor_model_.miss())); },
+        [this](const Cell& cell) { add(cell, toValue(sensor_model_.hit())); });
   }
 
-  void dropScratch() override { updater_.reset(); }
+  void dropScratch() override { voxels_.drop(); }
   void dropMap() override { map_.reset(); }
 
   [[nodiscard]] MapFigures figures() const override {
@@ -61,7 +55,7 @@ class MrptAdapter : public PeerAdapter {
     });
     figures.cells = map_->m_grid.getVoxelCount();
     figures.bytes_own = figures.cells * sizeof(Value);
-    figures.ray_walk_cpu_s = ray_walk_cpu_s_;
+    figures.ray_walk_cpu_s = voxels_.rayWalkCpu_s();
     return figures;
   }
 
@@ -160,10 +154,9 @@ class MrptAdapter : public PeerAdapter {
 
   Grid grid_;
   SensorModel sensor_model_;
-  std::unique_ptr<ScanUpdater> updater_;
+  OurVoxels voxels_;
   std::unique_ptr<GridMap> map_;
   CellBox cells_;  ///< Of the grid.
-  double ray_walk_cpu_s_ = 0.0;
 };
 
 }  // namespace

@@ -2,10 +2,9 @@
 #include "map_adapter.h"
 
 #include "peers/agreement_counter.h"
-#include "timing.h"
+#include "peers/our_voxels.h"
 
 #include "cuboid_mapping/geometry/grid.h"
-#include "cuboid_mapping/scan/scan_update.h"
 
 #include <wavemap/core/indexing/index_conversions.h>
 #include <wavemap/core/map/hashed_chunked_wavelet_octree.h>
@@ -34,7 +33,7 @@ class WavemapAdapter : public PeerAdapter {
   explicit WavemapAdapter(const InsertionConfig& config)
       : grid_(config.map.resolution_m),
         sensor_model_(config.map.sensor_model),
-        updater_(std::make_unique<ScanUpdater>(grid_, config.max_range_m)),
+        voxels_(grid_, config.max_range_m),
         map_(std::make_unique<WaveletMap>(makeConfig(config.map, sensor_model_))) {}
 
   [[nodiscard]] std::string name() const override { return "wavemap"; }
@@ -42,19 +41,14 @@ class WavemapAdapter : public PeerAdapter {
   [[nodiscard]] bool offers(QueryKind kind) const override { return kind == QueryKind::kPoint; }
 
   void insert(const Scan& scan) override {
-    const ScanUpdate* update = nullptr;
-    ray_walk_cpu_s_ += timeOf([&] { update = &updater_->compute(scan); }).cpu_s;
-    for (const BrickUpdate& brick : update->bricks) {
-      forEachCell(brick.brick, brick.misses.without(brick.hits),
-                  [this](const Cell& cell) { add(cell, sensor_model_.miss()); });
-      forEachCell(brick.brick, brick.hits,
-                  [this](const Cell& cell) { add(cell, sensor_model_.hit()); });
-    }
+    OurVoxels::forEach(
+        voxels_.compute(scan), [this](const Cell& cell) { add(cell, sensor_model_.miss()); },
+        [this](const Cell& cell) { add(cell, sensor_model_.hit()); });
     map_->threshold();
   }
 
   void finish() override { map_->prune(); }
-  void dropScratch() override { updater_.reset(); }
+  void dropScratch() override { voxels_.drop(); }
 
   void dropMap() override {
     accessor_.reset();
@@ -69,7 +63,7 @@ class WavemapAdapter : public PeerAdapter {
     figures.cells = figures.occupied_cells + figures.free_cells;
     figures.inner_nodes = map_->size();
     figures.bytes_own = map_->getMemoryUsage();
-    figures.ray_walk_cpu_s = ray_walk_cpu_s_;
+    figures.ray_walk_cpu_s = voxels_.rayWalkCpu_s();
     return figures;
   }
 
@@ -127,11 +121,10 @@ class WavemapAdapter : public PeerAdapter {
 
   Grid grid_;
   SensorModel sensor_model_;
-  std::unique_ptr<ScanUpdater> updater_;
+  OurVoxels voxels_;
   std::unique_ptr<WaveletMap> map_;
   /// Made at the first query.
   mutable std::optional<wavemap::QueryAccelerator<WaveletMap>> accessor_;
-  double ray_walk_cpu_s_ = 0.0;
 };
 
 }  // namespace
