@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "map_adapter.h"
 
-#include "peers/agreement_counter.h"
+#include "peers/known_cells.h"
 #include "peers/our_voxels.h"
 
 #include <mrpt/maps/COccupancyGridMap3D.h>
@@ -50,9 +50,7 @@ class MrptAdapter : public PeerAdapter {
 
   [[nodiscard]] MapFigures figures() const override {
     MapFigures figures;
-    forEachKnown([&figures](const Cell& /*cell*/, float log_odds) {
-      ++(classify(log_odds) == Occupancy::kOccupied ? figures.occupied_cells : figures.free_cells);
-    });
+    countCells([this](auto visit) { forEachKnown(visit); }, figures);
     figures.cells = map_->m_grid.getVoxelCount();
     figures.bytes_own = figures.cells * sizeof(Value);
     figures.ray_walk_cpu_s = voxels_.rayWalkCpu_s();
@@ -60,11 +58,7 @@ class MrptAdapter : public PeerAdapter {
   }
 
   [[nodiscard]] double visitOccupied() const override {
-    double sum = 0.0;
-    forEachKnown([&sum](const Cell& cell, float log_odds) {
-      if (classify(log_odds) == Occupancy::kOccupied) sum += cell.x;
-    });
-    return sum;
+    return sumOccupied([this](auto visit) { forEachKnown(visit); });
   }
 
   [[nodiscard]] Occupancy classifyPoint(const Eigen::Vector3d& point_map) const override {
@@ -84,11 +78,7 @@ class MrptAdapter : public PeerAdapter {
   }
 
   [[nodiscard]] Agreement compareWith(const CuboidMap& map) const override {
-    AgreementCounter counter(map);
-    forEachKnown([&counter](const Cell& cell, float log_odds) {
-      counter.add(CellBox::ofCell(cell), log_odds);
-    });
-    return counter.result();
+    return agreementOf([this](auto visit) { forEachKnown(visit); }, map);
   }
 
  private:
@@ -147,7 +137,7 @@ class MrptAdapter : public PeerAdapter {
   template <typename VisitorT>
   void forEachKnown(VisitorT visit) const {
     (void)anyVoxel(cells_, [&visit](const Cell& cell, Value value) {
-      if (value != 0) visit(cell, logOddsOf(value));
+      if (value != 0) visit(CellBox::ofCell(cell), logOddsOf(value));
       return false;
     });
   }

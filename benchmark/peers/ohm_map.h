@@ -2,8 +2,7 @@
 // What both ways to fill a map of ohm have in common.
 #pragma once
 
-#include "map_adapter.h"
-#include "peers/agreement_counter.h"
+#include "peers/known_cells.h"
 
 #include <ohm/MapChunk.h>
 #include <ohm/OccupancyMap.h>
@@ -39,21 +38,14 @@ class OhmAdapter : public PeerAdapter {
 
   [[nodiscard]] MapFigures figures() const override {
     MapFigures figures;
-    forEachKnown([&figures](const Cell& /*cell*/, float log_odds) {
-      ++(classify(log_odds) == Occupancy::kOccupied ? figures.occupied_cells : figures.free_cells);
-    });
-    figures.cells = figures.occupied_cells + figures.free_cells;
+    countCells([this](auto visit) { forEachKnown(visit); }, figures);
     figures.leaf_nodes = map_->regionCount();
     figures.bytes_own = map_->calculateApproximateMemory();
     return figures;
   }
 
   [[nodiscard]] double visitOccupied() const override {
-    double sum = 0.0;
-    forEachKnown([&sum](const Cell& cell, float log_odds) {
-      if (classify(log_odds) == Occupancy::kOccupied) sum += cell.x;
-    });
-    return sum;
+    return sumOccupied([this](auto visit) { forEachKnown(visit); });
   }
 
   [[nodiscard]] Occupancy classifyPoint(const Eigen::Vector3d& point_map) const override {
@@ -89,11 +81,7 @@ class OhmAdapter : public PeerAdapter {
   }
 
   [[nodiscard]] Agreement compareWith(const CuboidMap& map) const override {
-    AgreementCounter counter(map);
-    forEachKnown([&counter](const Cell& cell, float log_odds) {
-      counter.add(CellBox::ofCell(cell), log_odds);
-    });
-    return counter.result();
+    return agreementOf([this](auto visit) { forEachKnown(visit); }, map);
   }
 
  protected:
@@ -156,7 +144,7 @@ class OhmAdapter : public PeerAdapter {
       const Cell first = firstCell(region->region.coord);
       const CellBox all{first, first + Cell{kRegionEdge, kRegionEdge, kRegionEdge}};
       (void)anyKnown(*region, all, [&visit](const Cell& cell, float log_odds) {
-        visit(cell, log_odds);
+        visit(CellBox::ofCell(cell), log_odds);
         return false;
       });
     }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "map_adapter.h"
 
-#include "peers/agreement_counter.h"
 #include "peers/beams.h"
+#include "peers/known_cells.h"
 
 #include "cuboid_mapping/geometry/grid.h"
 
@@ -45,10 +45,7 @@ class UfomapAdapter : public PeerAdapter {
 
   [[nodiscard]] MapFigures figures() const override {
     MapFigures figures;
-    forEachKnown([&figures](const CellBox& /*cell*/, float log_odds) {
-      ++(classify(log_odds) == Occupancy::kOccupied ? figures.occupied_cells : figures.free_cells);
-    });
-    figures.cells = figures.occupied_cells + figures.free_cells;
+    countCells([this](auto visit) { forEachKnown(visit); }, figures);
     figures.leaf_nodes = figures.cells;
     figures.inner_nodes = map_->getNumInnerNodes();
     figures.bytes_own = map_->memoryUsage();
@@ -84,9 +81,7 @@ class UfomapAdapter : public PeerAdapter {
   }
 
   [[nodiscard]] Agreement compareWith(const CuboidMap& map) const override {
-    AgreementCounter counter(map);
-    forEachKnown([&](const CellBox& cell, float log_odds) { counter.add(cell, log_odds); });
-    return counter.result();
+    return agreementOf([this](auto visit) { forEachKnown(visit); }, map);
   }
 
  private:

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "map_adapter.h"
 
-#include "peers/agreement_counter.h"
+#include "peers/known_cells.h"
 #include "peers/our_voxels.h"
 
 #include "cuboid_mapping/geometry/grid.h"
@@ -57,10 +57,7 @@ class WavemapAdapter : public PeerAdapter {
 
   [[nodiscard]] MapFigures figures() const override {
     MapFigures figures;
-    forEachKnown([&figures](const CellBox& /*cell*/, float log_odds) {
-      ++(classify(log_odds) == Occupancy::kOccupied ? figures.occupied_cells : figures.free_cells);
-    });
-    figures.cells = figures.occupied_cells + figures.free_cells;
+    countCells([this](auto visit) { forEachKnown(visit); }, figures);
     figures.inner_nodes = map_->size();
     figures.bytes_own = map_->getMemoryUsage();
     figures.ray_walk_cpu_s = voxels_.rayWalkCpu_s();
@@ -68,11 +65,7 @@ class WavemapAdapter : public PeerAdapter {
   }
 
   [[nodiscard]] double visitOccupied() const override {
-    double sum = 0.0;
-    forEachKnown([&sum](const CellBox& cell, float log_odds) {
-      if (classify(log_odds) == Occupancy::kOccupied) sum += cell.min.x;
-    });
-    return sum;
+    return sumOccupied([this](auto visit) { forEachKnown(visit); });
   }
 
   [[nodiscard]] Occupancy classifyPoint(const Eigen::Vector3d& point_map) const override {
@@ -88,9 +81,7 @@ class WavemapAdapter : public PeerAdapter {
   }
 
   [[nodiscard]] Agreement compareWith(const CuboidMap& map) const override {
-    AgreementCounter counter(map);
-    forEachKnown([&](const CellBox& cell, float log_odds) { counter.add(cell, log_odds); });
-    return counter.result();
+    return agreementOf([this](auto visit) { forEachKnown(visit); }, map);
   }
 
  private:
