@@ -217,6 +217,7 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/node/mapping_node.cpp
   cuboid_mapping/ros/node/mapping_node_report.cpp
   cuboid_mapping/ros/node/mapping_node_services.cpp
+  cuboid_mapping/ros/node/mapping_nodelet.cpp
   cuboid_mapping/ros/octomap_server/grid_publisher.cpp
   cuboid_mapping/ros/octomap_server/octomap_products.cpp
   cuboid_mapping/ros/octomap_server/octomap_server_interface.cpp
@@ -255,7 +256,7 @@ target_link_libraries(cuboid_mapping_ros
     nlohmann_json::nlohmann_json)
 
 # The nodelet, and the node that runs it.
-add_library(cuboid_mapping_nodelet cuboid_mapping/ros/node/mapping_nodelet.cpp)
+add_library(cuboid_mapping_nodelet cuboid_mapping/ros/node/nodelet_plugin.cpp)
 cuboid_mapping_configure(cuboid_mapping_nodelet)
 target_link_libraries(cuboid_mapping_nodelet PUBLIC cuboid_mapping_ros)
 add_executable(cuboid_mapping_node cuboid_mapping/ros/node/mapping_node_main.cpp)

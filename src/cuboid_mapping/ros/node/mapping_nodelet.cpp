@@ -5,11 +5,11 @@
 #include "cuboid_mapping/ros/clouds/self_filter.h"
 #include "cuboid_mapping/ros/map/map_storage.h"
 #include "cuboid_mapping/ros/middleware/names.h"
+#include "cuboid_mapping/ros/node/mapping_node.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
 
 #include <ros/console.h>
 #include <ros/init.h>
-#include <pluginlib/class_list_macros.hpp>
 
 #include <csignal>
 #include <stdexcept>
@@ -44,6 +44,9 @@ NodeParameters loadGoodParameters(const ros::NodeHandle& private_nh) {
 }
 
 }  // namespace
+
+MappingNodelet::MappingNodelet() = default;
+MappingNodelet::~MappingNodelet() = default;
 
 void MappingNodelet::onInit() {
   for (const int signal : {SIGTERM, SIGHUP}) endWithRosAt(signal);
@@ -88,5 +91,3 @@ void MappingNodelet::start() {
 }
 
 }  // namespace cuboid_mapping_ros
-
-PLUGINLIB_EXPORT_CLASS(cuboid_mapping_ros::MappingNodelet, nodelet::Nodelet)
