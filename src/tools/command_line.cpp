@@ -33,7 +33,7 @@ class PointValue : public po::typed_value<std::vector<double>> {
 };
 
 /// Text of a limit or a default; empty for a value that means none.
-std::string toText(double number) {
+std::string inWords(double number) {
   if (std::abs(number) >= 1e9) return "";
   std::ostringstream out;
   out << std::setprecision(10) << number;
@@ -42,8 +42,8 @@ std::string toText(double number) {
 
 /// Text of a range; empty if everything is allowed.
 std::string describe(const Range& range) {
-  const std::string min = toText(range.min);
-  const std::string max = toText(range.max);
+  const std::string min = inWords(range.min);
+  const std::string max = inWords(range.max);
   if (min.empty()) return max.empty() ? "" : "at most " + max;
   return max.empty() ? "at least " + min : "from " + min + " to " + max;
 }
@@ -149,7 +149,7 @@ void CommandLine::addNumber(const std::string& name, T& value, const std::string
   const auto number = static_cast<double>(value);
   const bool is_default = number >= range.min && number <= range.max;  // Else the option is off.
   add(name, po::value<std::string>()->notifier(take)->value_name("number"),
-      explain(help, describe(range), is_default ? toText(number) : ""));
+      explain(help, describe(range), is_default ? inWords(number) : ""));
 }
 
 template void CommandLine::addNumber(const std::string&, int&, const std::string&, Range);
@@ -162,7 +162,7 @@ void CommandLine::addList(const std::string& name, std::vector<T>& values, const
                           Range range) {
   std::vector<std::string> defaults;
   defaults.reserve(values.size());
-  for (const T value : values) defaults.push_back(toText(static_cast<double>(value)));
+  for (const T value : values) defaults.push_back(inWords(static_cast<double>(value)));
   const auto take = [=, &values](const std::string& text) {
     values.clear();
     for (const auto& part : split(text)) values.push_back(toNumber<T>(name, part, range));
