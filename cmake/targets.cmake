@@ -5,7 +5,7 @@ function(cuboid_mapping_configure target)
   target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR}/src)  # internal headers
   # No contraction to fused multiply-add: the ray walk has OctoMap's arithmetic to the last bit.
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -ffp-contract=off)
-  # Sources of a target share no name of an unnamed namespace. CMAKE_UNITY_BUILD_BATCH_SIZE (8) is their number in a unit.
+  # Sources of a target share no name of an unnamed namespace.
   if(CUBOID_MAPPING_UNITY)
     set_target_properties(${target} PROPERTIES UNITY_BUILD ON)
     # Said of types in unnamed namespaces of every source that is not the unit itself.

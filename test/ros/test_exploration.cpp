@@ -117,6 +117,8 @@ std::vector<Eigen::Vector3d> findUnknown(const CuboidMap& map, const std::set<Co
 }
 
 TEST(Exploration, leavesNothingUnknownThatTheRobotCouldSweep) {
+  ros::AsyncSpinner spinner(1);
+  spinner.start();
   const World world(kSeed);
   const Eigen::Vector3d start = world.computeRobotPose(0.0).translation();
   const std::set<Column> reachable = findReachable(
@@ -144,12 +146,3 @@ TEST(Exploration, leavesNothingUnknownThatTheRobotCouldSweep) {
 
 }  // namespace
 }  // namespace cuboid_mapping_ros::test
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "test_exploration");
-  const ros::NodeHandle keeps_ros_running;
-  ros::AsyncSpinner spinner(1);
-  spinner.start();
-  return RUN_ALL_TESTS();
-}

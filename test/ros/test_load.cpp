@@ -148,10 +148,3 @@ TEST(Load, EveryMessageOfThreeSourcesIsCounted) {
 
 }  // namespace
 }  // namespace cuboid_mapping_ros::test
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "test_load");
-  const ros::NodeHandle keeps_ros_running;
-  return RUN_ALL_TESTS();
-}

@@ -30,7 +30,7 @@ using cuboid_mapping::test::voxelsOf;
 
 constexpr char kMerger[] = "/merge_maps";
 constexpr char kMergerWithStore[] = "/with_store/merge_maps";
-constexpr int kClouds = 12;  // Per robot, in each of two parts.
+constexpr int kRobotClouds = 12;  // Per robot, in each of two parts.
 /// The second robot joins late: its earlier observations must be requested.
 constexpr int kUnheardOfSecond = 3;
 /// Delay of the node with a store. No test waits this long: stamps alone decide what goes into its map, at any speed.
@@ -245,20 +245,20 @@ void applyAll(const std::vector<Observation>& sent, CuboidMap& map) {
 
 TEST_F(MergeMaps, IsTheMapOfAllCloudsInTheOrderOfStampsWhateverTheNetworkDoes) {
   ASSERT_TRUE(waitUntilConnected());
-  for (int i = 0; i < kClouds - 2; ++i) publishClouds(i);
+  for (int i = 0; i < kRobotClouds - 2; ++i) publishClouds(i);
   // Observations from before a restart cannot be requested: all must have arrived by then.
   network_.setReliable(true);
-  for (int i = kClouds - 2; i < kClouds; ++i) publishClouds(i);
-  ASSERT_TRUE(waitForSent(static_cast<std::size_t>(num_robots_ * kClouds)));
+  for (int i = kRobotClouds - 2; i < kRobotClouds; ++i) publishClouds(i);
+  ASSERT_TRUE(waitForSent(static_cast<std::size_t>(num_robots_ * kRobotClouds)));
   ASSERT_TRUE(waitFor([this] {
-    return merging_.status().number("observations received") >= num_robots_ * kClouds;
+    return merging_.status().number("observations received") >= num_robots_ * kRobotClouds;
   })) << merging_.status().number("observations received");
   stop(robots_[2]);
   robots_[2] = start(3);
   ASSERT_TRUE(waitUntilConnected());
   network_.setReliable(false);
-  for (int i = kClouds; i < 2 * kClouds; ++i) publishClouds(i);
-  const int num_all = 2 * num_robots_ * kClouds;
+  for (int i = kRobotClouds; i < 2 * kRobotClouds; ++i) publishClouds(i);
+  const int num_all = 2 * num_robots_ * kRobotClouds;
   ASSERT_TRUE(waitForSent(static_cast<std::size_t>(num_all)));
   EXPECT_GT(network_.numLost(), 3);
   ASSERT_TRUE(waitFor([&] {
@@ -328,7 +328,7 @@ TEST_F(MergeMaps, GoesOnWithItsStoreAfterKill) {
     return num_sent;
   };
   int number = 0;
-  while (number < kClouds) publishClouds(number++);
+  while (number < kRobotClouds) publishClouds(number++);
   wait_until_all_is_received();
   // The stamps are so much later that earlier observations go into the map. The node is killed before all are in the
   // map and saved, so that work is under way.
@@ -337,10 +337,10 @@ TEST_F(MergeMaps, GoesOnWithItsStoreAfterKill) {
   } while (!isStore(store));
   merger_with_store_->send(SIGKILL);
   EXPECT_NE(merger_with_store_->finish().status, 0);
-  for (int i = 0; i < kClouds; ++i) publishClouds(number++, kStoreDelay_s);
+  for (int i = 0; i < kRobotClouds; ++i) publishClouds(number++, kStoreDelay_s);
   merger_with_store_ = startMerger(store);
   const long num_all = wait_until_all_is_received();
-  EXPECT_GE(num_all, 2 * num_robots_ * kClouds);
+  EXPECT_GE(num_all, 2 * num_robots_ * kRobotClouds);
   const std::vector<Observation> in_map = network_.sent();
   publishClouds(number, 3.0 * kStoreDelay_s);
   ASSERT_TRUE(waitFor([&] {
@@ -361,9 +361,3 @@ TEST_F(MergeMaps, GoesOnWithItsStoreAfterKill) {
 
 }  // namespace
 }  // namespace cuboid_mapping_ros::test
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "test_merge_maps");
-  return RUN_ALL_TESTS();
-}

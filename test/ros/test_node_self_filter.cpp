@@ -18,8 +18,8 @@ using cuboid_mapping::MetricBox;
 using cuboid_mapping::test::runProgram;
 using cuboid_mapping::test::TemporaryFolder;
 
-constexpr double kStart_s = 1000.0;
-constexpr double kDuration_s = 4.0;
+constexpr double kArmStart_s = 1000.0;
+constexpr double kArmDuration_s = 4.0;
 constexpr double kRoom_m = 3.0;  ///< Distance from its middle to its walls.
 
 std::string sourceFile(const std::string& name) {
@@ -83,14 +83,14 @@ double rangeOfRoom(const Eigen::Vector3d& origin_map, const Eigen::Vector3d& dir
 }
 
 /// A drive as a bag; tf is recorded after the clouds.
-class DriveWriter {
+class ArmDriveWriter {
  public:
-  explicit DriveWriter(const std::string& file) : bag_(file, rosbag::bagmode::Write) {
+  explicit ArmDriveWriter(const std::string& file) : bag_(file, rosbag::bagmode::Write) {
     tf2_msgs::TFMessage frames;
     frames.transforms.push_back(makeTransform("base", "lidar", makeTranslation(0.0, 0.0, 1.0)));
-    bag_.write("/tf_static", ros::Time(kStart_s - 0.1), frames);
-    for (double t = 0.0; t < kDuration_s + 0.5; t += 0.02) writePose(t);
-    for (double t = 0.0; t < kDuration_s; t += 0.1) writeCloud(t);
+    bag_.write("/tf_static", ros::Time(kArmStart_s - 0.1), frames);
+    for (double t = 0.0; t < kArmDuration_s + 0.5; t += 0.02) writePose(t);
+    for (double t = 0.0; t < kArmDuration_s; t += 0.1) writeCloud(t);
     bag_.close();
   }
 
@@ -100,7 +100,7 @@ class DriveWriter {
  private:
   void writePose(double t) {
     const RobotPose pose(t);
-    const ros::Time stamp(kStart_s + t);
+    const ros::Time stamp(kArmStart_s + t);
     tf2_msgs::TFMessage frames;
     frames.transforms.push_back(makeTransform("map", "base", pose.T_map_base, stamp));
     frames.transforms.push_back(makeTransform("base", "upper_arm", pose.T_base_arm, stamp));
@@ -129,7 +129,7 @@ class DriveWriter {
         points.emplace_back(range_m * direction);
       }
     }
-    const ros::Time stamp(kStart_s + t);
+    const ros::Time stamp(kArmStart_s + t);
     bag_.write("/cloud_in", stamp + ros::Duration(0.01), makeCloud("lidar", stamp, points));
   }
 
@@ -173,7 +173,7 @@ class NodeSelfFilterTest : public ::testing::Test {
   }
 
   TemporaryFolder folder_;
-  DriveWriter drive_;
+  ArmDriveWriter drive_;
 };
 
 TEST_F(NodeSelfFilterTest, TheArmLeavesNoTraceInTheMap) {
@@ -214,10 +214,3 @@ TEST_F(NodeSelfFilterTest, NodeAndBagToMapMakeTheSameMap) {
 
 }  // namespace
 }  // namespace cuboid_mapping_ros::test
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "test_node_self_filter");
-  const ros::NodeHandle keeps_ros_running;
-  return RUN_ALL_TESTS();
-}

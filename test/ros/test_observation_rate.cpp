@@ -15,12 +15,12 @@ using cuboid_mapping::Observation;
 using cuboid_mapping::test::Random;
 
 constexpr double kRate = 50e3;  ///< Bytes per second, as in the launch file.
-constexpr int kClouds = 20;
+constexpr int kSentClouds = 20;
 
 /// Messages of one node.
-class Listener {
+class ObservationListener {
  public:
-  explicit Listener(const std::string& robot)
+  explicit ObservationListener(const std::string& robot)
       : diagnostics_('/' + robot + "/cuboid_mapping", "observations") {
     const boost::function<void(const Observation::ConstPtr&)> take =
         [this](const Observation::ConstPtr& message) { received_.push_back(*message); };
@@ -67,49 +67,43 @@ class ObservationRate : public ::testing::Test {
 };
 
 TEST_F(ObservationRate, BoundsWhatIsSentAndTheRestComesLaterOrIsCounted) {
-  Listener later("later");
-  Listener thin("thin");
+  ObservationListener later("later");
+  ObservationListener thin("thin");
   publishStaticTf(makeTransform("map", "robot", Eigen::Isometry3d::Identity()));
   ASSERT_TRUE(waitFor([&] {
     return later.isConnected() && thin.isConnected() && cloud_.getNumSubscribers() == 2;
   }));
   ros::WallDuration(0.5).sleep();  // Lets the nodes connect, too.
   const double start_s = now_s();
-  for (int i = 0; i < kClouds; ++i) {
+  for (int i = 0; i < kSentClouds; ++i) {
     publishCloud(i);
     ros::WallDuration(0.05).sleep();
   }
-  ASSERT_TRUE(waitFor([&] { return later.received().size() == kClouds; }))
+  ASSERT_TRUE(waitFor([&] { return later.received().size() == kSentClouds; }))
       << later.received().size();
   const double time_s = now_s() - start_s;
   EXPECT_LE(later.numBytes(), kRate * (time_s + 1.0));
   EXPECT_GT(later.numBytes(), 3.0 * kRate) << "else nothing had to wait";
-  for (int i = 0; i < kClouds; ++i) {
+  for (int i = 0; i < kSentClouds; ++i) {
     EXPECT_EQ(later.received()[static_cast<std::size_t>(i)].sequence, i + 1U);
   }
   EXPECT_EQ(later.received().back().left_out, 0U);
 
   ASSERT_TRUE(waitFor([&] { return thin.figure("clouds left out") > 0; }));
-  EXPECT_LT(thin.received().size(), kClouds);
+  EXPECT_LT(thin.received().size(), kSentClouds);
   EXPECT_LE(thin.numBytes(), kRate * (now_s() - start_s + 1.0));
   ros::WallDuration(2.0).sleep();  // Waits until nothing is owed.
-  publishCloud(kClouds);
-  ASSERT_TRUE(waitFor([&] { return later.received().size() == kClouds + 1; }));
+  publishCloud(kSentClouds);
+  ASSERT_TRUE(waitFor([&] { return later.received().size() == kSentClouds + 1; }));
   ASSERT_TRUE(waitFor(
       [&] { return thin.received().back().header.stamp == later.received().back().header.stamp; }));
   EXPECT_EQ(thin.received().size(), thin.received().back().sequence);
-  EXPECT_EQ(thin.received().back().sequence + thin.received().back().left_out, kClouds + 1U);
+  EXPECT_EQ(thin.received().back().sequence + thin.received().back().left_out, kSentClouds + 1U);
   EXPECT_TRUE(waitFor([&] {
     return thin.figure("clouds left out") == static_cast<long>(thin.received().back().left_out) &&
-           later.figure("observations sent") == kClouds + 1;
+           later.figure("observations sent") == kSentClouds + 1;
   }));
 }
 
 }  // namespace
 }  // namespace cuboid_mapping_ros::test
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "test_observation_rate");
-  return RUN_ALL_TESTS();
-}

@@ -393,10 +393,3 @@ TEST(OctomapServerCompat, KeepsFreeCellsToItselfUnlessAsked) {
 
 }  // namespace
 }  // namespace cuboid_mapping_ros::test
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "test_octomap_server");
-  const ros::NodeHandle keeps_ros_running;
-  return RUN_ALL_TESTS();
-}

@@ -331,11 +331,3 @@ TEST_F(DisplayLife, survivesAnEmptyMapAndJumpsOfTime) {
 
 }  // namespace
 }  // namespace cuboid_mapping_rviz
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "test_display_life", ros::init_options::AnonymousName);
-  ros::AsyncSpinner spinner(1);
-  const ros::NodeHandle nh;  // ROS stays up between two tests.
-  return RUN_ALL_TESTS();
-}

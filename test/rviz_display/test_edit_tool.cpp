@@ -195,10 +195,3 @@ TEST_F(EditToolTest, TakesTheHeightFromADragWithShiftAndIgnoresAClick) {
 
 }  // namespace
 }  // namespace cuboid_mapping_rviz
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "test_edit_tool", ros::init_options::AnonymousName);
-  const ros::NodeHandle nh;  // ROS stays up.
-  return RUN_ALL_TESTS();
-}

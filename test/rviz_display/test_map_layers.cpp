@@ -33,7 +33,7 @@ constexpr double kResolution_m = 0.1;
 constexpr float kOccupied = 1.0F;
 constexpr float kFree = -1.0F;
 
-CuboidMap makeMap(const std::vector<UniformBox>& boxes = {}) {
+CuboidMap makeLayeredMap(const std::vector<UniformBox>& boxes = {}) {
   MapConfig config;
   config.resolution_m = kResolution_m;
   CuboidMap map(config);
@@ -42,7 +42,7 @@ CuboidMap makeMap(const std::vector<UniformBox>& boxes = {}) {
 }
 
 CuboidMap copyOf(const CuboidMap& map) {
-  CuboidMap copy = makeMap();
+  CuboidMap copy = makeLayeredMap();
   std::vector<VoxelBrick> bricks;
   map.voxels().forEach([&](const VoxelBrick& brick) { bricks.push_back(brick); });
   copy.replace(kAllCells, bricks);
@@ -97,7 +97,7 @@ std::size_t expectColors(const std::vector<FlatImage::Pixel>& pixels, const Cubo
 
 TEST(DistanceColors, RunFromRedAtAnObstacleToBlueAtTheBound) {
   cuboid_mapping::test::Random random(5);
-  CuboidMap map = makeMap();
+  CuboidMap map = makeLayeredMap();
   map.apply(cuboid_mapping::test::randomUpdate(random, {{-2, -2, -2}, {2, 2, 2}}, 20));
   const CellBox layer{{-9, -12, 3}, {14, 11, 4}};
   constexpr int kBound = 4;
@@ -107,7 +107,7 @@ TEST(DistanceColors, RunFromRedAtAnObstacleToBlueAtTheBound) {
 
 TEST(DistanceColors, FollowTheMapAndTheLayer) {
   cuboid_mapping::test::Random random(6);
-  CuboidMap map = makeMap();
+  CuboidMap map = makeLayeredMap();
   DistanceColors colors;
   CellBox layer{{-9, -12, 3}, {14, 11, 4}};
   int bound = 4;
@@ -146,7 +146,7 @@ TEST(FrontierPicture, HasEachVoxelOnceAndAPlaceInTheColorOfItsCluster) {
 }
 
 TEST(ViewedPart, LiesWhereTheViewMeetsThePlaneOrAroundTheEye) {
-  const CuboidMap map = makeMap({{{{-4000, -10, 0}, {4000, 10, 8}}, kFree}});
+  const CuboidMap map = makeLayeredMap({{{{-4000, -10, 0}, {4000, 10, 8}}, kFree}});
   const CellBox there = findViewedPart(map, {{0.0, 0.0, 100.5}, {1.0, 0.0, -1.0}}, 0.5);
   EXPECT_EQ(there.size(), (Cell{kViewedEdge, 20, 8}));
   EXPECT_LT(there.min.x, 1000 - 200);
@@ -156,7 +156,7 @@ TEST(ViewedPart, LiesWhereTheViewMeetsThePlaneOrAroundTheEye) {
     EXPECT_EQ(here, there);
   }
   EXPECT_TRUE(findViewedPart(map, {{0.0, 100.0, 1.0}, {0.0, 0.0, -1.0}}, 0.5).isEmpty());
-  EXPECT_TRUE(findViewedPart(makeMap(), {{0.0, 0.0, 1.0}, {0.0, 0.0, -1.0}}, 0.5).isEmpty());
+  EXPECT_TRUE(findViewedPart(makeLayeredMap(), {{0.0, 0.0, 1.0}, {0.0, 0.0, -1.0}}, 0.5).isEmpty());
 }
 
 class MapLayers : public testing::Test {
@@ -215,7 +215,7 @@ class MapLayers : public testing::Test {
  private:
   static inline std::unique_ptr<test::RvizWindow> the_window;  ///< One for all: rviz has one Ogre.
   ros::NodeHandle nh_{"/layers"};
-  CuboidMap map_ = makeMap(makeRoom());
+  CuboidMap map_ = makeLayeredMap(makeRoom());
   ros::Publisher publisher_;
   std::unique_ptr<CuboidMapDisplay> display_;
 };
@@ -301,11 +301,3 @@ TEST_F(MapLayers, SurviveThatTheDisplayIsSwitchedOffWhileTheyAreComputed) {
 
 }  // namespace
 }  // namespace cuboid_mapping_rviz
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "test_map_layers", ros::init_options::AnonymousName);
-  ros::AsyncSpinner spinner(1);
-  const ros::NodeHandle nh;  // ROS stays up between two tests.
-  return RUN_ALL_TESTS();
-}

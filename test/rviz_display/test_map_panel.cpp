@@ -155,10 +155,3 @@ TEST_F(MapPanelTest, SaysWhenThereIsNoSuchServer) {
 
 }  // namespace
 }  // namespace cuboid_mapping_rviz
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "test_map_panel", ros::init_options::AnonymousName);
-  const ros::NodeHandle nh;  // ROS stays up.
-  return RUN_ALL_TESTS();
-}

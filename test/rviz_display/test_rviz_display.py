@@ -202,31 +202,32 @@ class TestDisplay(unittest.TestCase):
                             **{'Map file': str(self.folder / 'missing.cuboids')})
         self.assertTrue(is_gray(pixels))
 
-    def expect_success(self, name):
-        end = subprocess.run([program(name)], capture_output=True, text=True, timeout=PATIENCE_S,
+    def expect_success(self, suites):
+        end = subprocess.run([program('test_displays'), '--gtest_filter=' + suites],
+                             capture_output=True, text=True, timeout=PATIENCE_S,
                              env={**os.environ, 'DISPLAY': self.screen, 'LIBGL_ALWAYS_SOFTWARE': '1'}, check=False)
         self.assertEqual(end.returncode, 0, end.stdout[-4000:] + end.stderr[-2000:])
 
     def test_does_not_crash_or_block(self):
-        self.expect_success('test_display_life')
+        self.expect_success('DisplayLife.*')
 
     def test_draws_distances_and_frontiers(self):
-        self.expect_success('test_map_layers')
+        self.expect_success('DistanceColors.*:FrontierPicture.*:ViewedPart.*:MapLayers.*')
 
-    def expect_success_beside_node(self, name):
+    def expect_success_beside_node(self, suites):
         node = start('rosrun', 'cuboid_mapping', 'cuboid_mapping_node', '__name:=mapping', '__ns:=/panel',
                      f'_map_file:={self.map}', '_resolution:=0.2')
         try:
             rospy.wait_for_service('/panel/mapping/query_box', PATIENCE_S)
-            self.expect_success(name)
+            self.expect_success(suites)
         finally:
             stop(node)
 
     def test_panel_shows_and_calls_a_node(self):
-        self.expect_success_beside_node('test_map_panel')
+        self.expect_success_beside_node('MapPanelTest.*')
 
     def test_tool_edits_with_the_mouse(self):
-        self.expect_success_beside_node('test_edit_tool')
+        self.expect_success_beside_node('EditToolTest.*')
 
 
 if __name__ == '__main__':

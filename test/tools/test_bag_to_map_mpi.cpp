@@ -15,9 +15,10 @@ using test::readFile;
 using test::runProgram;
 using test::TemporaryFolder;
 
-/// Allows more ranks than cores, and root, which mpirun refuses by default.
+/// Allows more ranks than cores, and root, which mpirun refuses by default. Ranks that wait leave their core to others.
 void allowMpi() {
   setenv("OMPI_MCA_rmaps_base_oversubscribe", "1", 1);
+  setenv("OMPI_MCA_mpi_yield_when_idle", "1", 1);
   setenv("OMPI_ALLOW_RUN_AS_ROOT", "1", 1);
   setenv("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1", 1);
 }
@@ -61,7 +62,7 @@ class BagToMapMpi : public testing::Test {
     const std::string one = *folder / ("one." + ending);
     const ProgramEnd end_of_one = runProgram(Words{BAG_TO_MAP_PROGRAM, bags, "-o", one} + options);
     ASSERT_EQ(end_of_one.status, 0) << end_of_one.err;
-    for (const int ranks : {1, 2, 3, 4, 8}) {
+    for (const int ranks : {1, 2, 3, 8}) {
       const std::string many = *folder / ("many." + ending);
       const ProgramEnd end = runRanks(ranks, Words{bags, "-o", many} + options);
       ASSERT_EQ(end.status, 0) << end.err;

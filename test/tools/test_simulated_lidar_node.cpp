@@ -229,10 +229,3 @@ TEST(SimulatedLidarNode, refusesASpeedOnItsOwnWay) {
 
 }  // namespace
 }  // namespace cuboid_mapping_ros::test
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "test_simulated_lidar_node");
-  const ros::NodeHandle keeps_ros_running;
-  return RUN_ALL_TESTS();
-}
