@@ -75,10 +75,13 @@ class FiguresTest(unittest.TestCase):
                   re.search(r'others before: ([\d, and]+) on an idle .*?, and ([\d., and]+) on an', page, re.DOTALL).groups()]
         medians = {row[0]: row for row in read_block('insertion')[1:]}
         once = {row[0]: row[3] for row in read_block('peers', 'tables/performance')[1:] if row[1] == 'OctoMap'}
+        processes = {row[0]: re.findall(r'[\d.]+', row[3]) for row in read_block('processes', 'tables/performance')[1:]
+                     if row[1] == 'OctoMap'}
         for number_of_row, (name, here, octomap, *_) in enumerate(read_rows(self.figures)[1:]):
             with self.subTest(name):
                 row = medians[SETTINGS[name]]
-                ratios = [row[4], once[SETTINGS[name]], *(of[number_of_row] for of in others if number_of_row < len(of))]
+                ratios = [row[4], once[SETTINGS[name]], *processes.get(SETTINGS[name], []),
+                          *(of[number_of_row] for of in others if number_of_row < len(of))]
                 ratios.sort(key=number)
                 least = f'{ratios[0]} to' if ratios[0] != row[4] else 'to'
                 self.assertEqual([here, octomap], [row[2], f'{row[4]} ({least} {ratios[-1]})'])
