@@ -62,7 +62,7 @@ class BagToMapMpi : public testing::Test {
     const std::string one = *folder / ("one." + ending);
     const ProgramEnd end_of_one = runProgram(Words{BAG_TO_MAP_PROGRAM, bags, "-o", one} + options);
     ASSERT_EQ(end_of_one.status, 0) << end_of_one.err;
-    for (const int ranks : {1, 2, 3, 8}) {
+    for (const int ranks : {1, 2, 3, 4, 8}) {
       const std::string many = *folder / ("many." + ending);
       const ProgramEnd end = runRanks(ranks, Words{bags, "-o", many} + options);
       ASSERT_EQ(end.status, 0) << end.err;
