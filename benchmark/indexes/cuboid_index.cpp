@@ -99,7 +99,7 @@ template <typename VisitT>
 Visit BrickHash::visitEntry(const Entry& entry, CuboidFilter filter, VisitT visit) {
   if (filter == CuboidFilter::kOccupied && !entry.has_occupied) return Visit::kContinue;
   return entry.cuboids->visit(filter, [&](PackedBox box, Occupancy occupancy) {
-    return visit(Cuboid{unpackBox(entry.brick, box), occupancy});
+    return visit(unpackCuboid(entry.brick, box, occupancy));
   });
 }
 

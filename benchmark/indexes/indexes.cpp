@@ -86,8 +86,8 @@ std::vector<Branch> branchesOf(const CuboidMap& map) {
     Branch branch{{},
                   brick.cuboids.count(CuboidFilter::kOccupied) > 0,
                   map.voxels().bricks().indexOf(brick.brick)};
-    (void)brick.cuboids.visit(CuboidFilter::kAll, [&](PackedBox box, Occupancy /*occupancy*/) {
-      const CellBox cells = unpackBox(brick.brick, box);
+    (void)brick.cuboids.visit(CuboidFilter::kAll, [&](PackedBox box, Occupancy occupancy) {
+      const CellBox cells = unpackCuboid(brick.brick, box, occupancy).box;
       branch.box = branch.box.isEmpty() ? cells : unite(branch.box, cells);
       return Visit::kContinue;
     });

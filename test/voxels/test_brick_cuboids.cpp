@@ -17,7 +17,7 @@ constexpr Cell kBrick{-8, 16, 1 << 29};
 std::vector<Cuboid> toCuboids(const BrickCuboids& cuboids, CuboidFilter filter) {
   std::vector<Cuboid> boxes;
   (void)cuboids.visit(filter, [&](PackedBox box, Occupancy occupancy) {
-    boxes.push_back({unpackBox(kBrick, box), occupancy});
+    boxes.push_back(unpackCuboid(kBrick, box, occupancy));
     return Visit::kContinue;
   });
   return boxes;
@@ -26,8 +26,9 @@ std::vector<Cuboid> toCuboids(const BrickCuboids& cuboids, CuboidFilter filter) 
 std::vector<Cuboid> toCuboids(const DividedBrick& divided) {
   std::vector<Cuboid> boxes;
   for (int i = 0; i < divided.count; ++i) {
-    boxes.push_back({unpackBox(kBrick, divided.boxes[static_cast<std::size_t>(i)]),
-                     i < divided.num_occupied ? Occupancy::kOccupied : Occupancy::kFree});
+    boxes.push_back(
+        unpackCuboid(kBrick, divided.boxes[static_cast<std::size_t>(i)],
+                     i < divided.num_occupied ? Occupancy::kOccupied : Occupancy::kFree));
   }
   return boxes;
 }

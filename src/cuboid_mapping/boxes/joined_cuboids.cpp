@@ -67,7 +67,7 @@ class Joiner {
   void add(const Brick& brick, const CellBox& region, CuboidFilter classes, bool are_kept) {
     const auto first = static_cast<Index>(cuboids_.size());
     const auto add_box = [&](PackedBox box, Occupancy occupancy) {
-      cuboids_.push_back({unpackBox(brick.brick, box), occupancy});
+      cuboids_.push_back(unpackCuboid(brick.brick, box, occupancy));
       return Visit::kContinue;
     };
     const CellBox part = intersect(region, brickBox(brick.brick));

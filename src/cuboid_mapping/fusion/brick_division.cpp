@@ -10,7 +10,7 @@ void divideVoxels(const Cell& brick, const BrickMask& voxels, Occupancy occupanc
   DividedBrick divided;
   divided.add(voxels);
   for (int i = 0; i < divided.count; ++i) {
-    cuboids.push_back({unpackBox(brick, divided.boxes[static_cast<std::size_t>(i)]), occupancy});
+    cuboids.push_back(unpackCuboid(brick, divided.boxes[static_cast<std::size_t>(i)], occupancy));
   }
 }
 

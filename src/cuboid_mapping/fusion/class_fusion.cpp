@@ -7,14 +7,14 @@
 namespace cuboid_mapping {
 namespace {
 
-/// Calls visit(const CellBox&, Occupancy) -> Visit for each voxel of a brick.
+/// Calls visit(const Cuboid&) -> Visit for each voxel of a brick.
 template <typename VisitT>
 Visit visitVoxels(const VoxelBrick& brick, CuboidFilter filter, VisitT visit) {
   Visit answer = Visit::kContinue;
   const auto visit_class = [&](const BrickMask& mask, Occupancy occupancy) {
     mask.forEach([&](int voxel) {
       if (answer == Visit::kStop) return;
-      answer = visit(CellBox::ofCell(cellAt(brick.brick, voxel)), occupancy);
+      answer = visit({CellBox::ofCell(cellAt(brick.brick, voxel)), occupancy});
     });
   };
   if (filter != CuboidFilter::kFree) visit_class(brick.voxels.occupied(), Occupancy::kOccupied);
@@ -36,14 +36,14 @@ void ClassFusion::follow(const VoxelStore::PendingBrick& brick) noexcept {
   brick.is_new ? inner_.insert(branch) : inner_.update(branch);
 }
 
-/// Calls visit(const CellBox&, Occupancy) -> Visit for each cuboid of a brick that passes the filter.
+/// Calls visit(const Cuboid&) -> Visit for each cuboid of a brick that passes the filter.
 template <typename VisitT>
 Visit ClassFusion::visitBrick(const VoxelStore& voxels, NodeIndex leaf, CuboidFilter filter,
                               VisitT visit) const {
   const Brick& brick = voxels.bricks().item(leaf);
   if (!is_fused_) return visitVoxels(brick, filter, visit);
   const auto visit_box = [&](PackedBox box, Occupancy occupancy) {
-    return visit(unpackBox(brick.brick, box), occupancy);
+    return visit(unpackCuboid(brick.brick, box, occupancy));
   };
   if (!brick.cuboids.isStale()) return brick.cuboids.visit(filter, visit_box);
   const DividedBrick divided = divide(brick.voxels.occupied(), brick.voxels.free());
@@ -58,8 +58,11 @@ void ClassFusion::visitBox(const VoxelStore& voxels, const CellBox& window, Cubo
     stage == 0 ? __builtin_prefetch(&brick) : brick.cuboids.prefetch();
   };
   visitLeaves(inner_, window, filter, prefetch, [&](NodeIndex leaf) {
-    return visitBrick(voxels, leaf, filter, [&](const CellBox& box, Occupancy occupancy) {
-      return box.intersects(window) ? visit({box, occupancy}) : Visit::kContinue;
+    if (window.contains(brickBox(voxels.bricks().item(leaf).brick))) {
+      return visitBrick(voxels, leaf, filter, visit);
+    }
+    return visitBrick(voxels, leaf, filter, [&](const Cuboid& cuboid) {
+      return cuboid.box.intersects(window) ? visit(cuboid) : Visit::kContinue;
     });
   });
 }
@@ -68,8 +71,8 @@ void ClassFusion::visitNearest(const VoxelStore& voxels, const Eigen::Vector3d& 
                                double max_distance, CuboidFilter filter,
                                DistanceVisitor visit) const {
   const auto read_leaf = [&](NodeIndex leaf, const auto& push) {
-    (void)visitBrick(voxels, leaf, filter, [&](const CellBox& box, Occupancy occupancy) {
-      push({box, occupancy});
+    (void)visitBrick(voxels, leaf, filter, [&](const Cuboid& cuboid) {
+      push(cuboid);
       return Visit::kContinue;
     });
   };

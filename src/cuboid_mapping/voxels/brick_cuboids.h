@@ -6,6 +6,7 @@
 
 #include <array>
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <utility>
@@ -15,11 +16,49 @@ namespace cuboid_mapping {
 /// A box inside a brick in 18 bits: its least voxel, and its edges less one.
 using PackedBox = std::uint32_t;
 
-/// @param brick  Least cell of the brick. @return The box in cells of the map.
-[[nodiscard]] constexpr CellBox unpackBox(const Cell& brick, PackedBox box) {
-  const auto bits = [box](int shift) { return static_cast<std::int32_t>(box >> shift & 7); };
-  const Cell min = brick + Cell{bits(0), bits(3), bits(6)};
-  return {min, min + Cell{bits(9) + 1, bits(12) + 1, bits(15) + 1}};
+namespace packed_box_detail {
+
+using Lanes = std::int32_t __attribute__((vector_size(16)));
+/// Three numbers along the axes, and a class in the least byte of the fourth: as the end of a Cuboid.
+struct alignas(Lanes) Numbers {
+  std::int32_t values[4];
+
+  [[nodiscard]] Lanes load() const {
+    Lanes lanes;
+    std::memcpy(&lanes, values, sizeof(lanes));
+    return lanes;
+  }
+};
+static_assert(sizeof(Cuboid) == offsetof(CellBox, max) + sizeof(Numbers) &&
+              offsetof(Cuboid, occupancy) == offsetof(CellBox, max) + 12 &&
+              __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__);
+
+/// One voxel beyond a corner, by class.
+constexpr Numbers kEnds[] = {{{1, 1, 1, 0}}, {{1, 1, 1, 1}}, {{1, 1, 1, 2}}};
+/// By nine bits of a box.
+inline constexpr auto kCorners = [] {
+  std::array<Numbers, kBrickVoxels> corners{};
+  for (std::int32_t bits = 0; bits < kBrickVoxels; ++bits) {
+    corners[static_cast<std::size_t>(bits)] = {{bits & 7, bits >> 3 & 7, bits >> 6, 0}};
+  }
+  return corners;
+}();
+
+}  // namespace packed_box_detail
+
+/// A box of a brick in cells of the map. Four numbers at once: where a cuboid is written number by number and then read
+/// as a whole, the processor waits.
+/// @param brick  Least cell of the brick.
+[[nodiscard]] inline Cuboid unpackCuboid(const Cell& brick, PackedBox box, Occupancy occupancy) {
+  using namespace packed_box_detail;
+  const Lanes min = Lanes{brick.x, brick.y, brick.z, 0} + kCorners[box & 511].load();
+  const Lanes max =
+      min + kCorners[box >> 9].load() + kEnds[static_cast<std::size_t>(occupancy)].load();
+  Cuboid cuboid;
+  auto* bytes = reinterpret_cast<std::byte*>(&cuboid);
+  std::memcpy(bytes, &min, sizeof(min));
+  std::memcpy(bytes + offsetof(CellBox, max), &max, sizeof(max));
+  return cuboid;
 }
 
 /// A brick divided into boxes of one class; occupied ones first.
