@@ -13,6 +13,7 @@
 #include <openvdb/openvdb.h>
 #include <tbb/global_control.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace cuboid_mapping::bench {
@@ -143,21 +144,33 @@ class OpenvdbAdapter : public PeerAdapter {
     return false;
   }
 
-  [[nodiscard]] std::optional<double> castRay(const RayQuery& ray) const override {
+  /// Voxel by voxel in leaf nodes, and where there is none, on to the next one, as VolumeRayIntersector finds it.
+  [[nodiscard]] std::optional<double> castRay(const RayQuery& query) const override {
     using IndexRay = openvdb::math::Ray<double>;
-    const Eigen::Vector3d origin = grid_.toCellUnits(ray.origin_map);
-    const Eigen::Vector3d& direction = ray.direction;
-    openvdb::math::DDA<IndexRay> dda(IndexRay({origin.x(), origin.y(), origin.z()},
-                                              {direction.x(), direction.y(), direction.z()}, 0.0,
-                                              kRayRange_m / grid_.resolution()));
-    do {
+    constexpr int kLevelBelowRoot = openvdb::FloatTree::RootNodeType::ChildNodeType::LEVEL;
+    const Eigen::Vector3d origin = grid_.toCellUnits(query.origin_map);
+    const Eigen::Vector3d& direction = query.direction;
+    const double end = kRayRange_m / grid_.resolution();
+    IndexRay ray({origin.x(), origin.y(), origin.z()},
+                 {direction.x(), direction.y(), direction.z()}, 0.0, end);
+    openvdb::math::VolumeHDDA<openvdb::FloatTree, IndexRay, kLevelBelowRoot> nodes;
+    openvdb::math::DDA<IndexRay> voxels(ray);
+    while (true) {
       float log_odds = 0.0F;
-      if (const_accessor_->probeValue(dda.voxel(), log_odds) &&
-          classify(log_odds) == Occupancy::kOccupied) {
-        return dda.time() * grid_.resolution();
+      if (const_accessor_->probeValue(voxels.voxel(), log_odds)) {
+        if (classify(log_odds) == Occupancy::kOccupied) return voxels.time() * grid_.resolution();
+      } else if (const_accessor_->probeConstLeaf(voxels.voxel()) == nullptr) {
+        const double left_at = voxels.next();
+        ray.setTimes(left_at, end);
+        const IndexRay::TimeSpan known = nodes.march(ray, *const_accessor_);
+        if (!known.valid()) return std::nullopt;
+        // Beyond the face, whatever is rounded.
+        ray.setTimes(std::max(known.t0, left_at) + openvdb::math::Delta<double>::value(), end);
+        voxels.init(ray);
+        continue;
       }
-    } while (dda.step());
-    return std::nullopt;
+      if (!voxels.step()) return std::nullopt;
+    }
   }
 
   [[nodiscard]] Agreement compareWith(const CuboidMap& map) const override {
