@@ -4,6 +4,7 @@
 #include "cuboid_mapping/ros/clouds/cloud_pipeline.h"
 
 #include "fuzz_cloud_message.h"
+#include "fuzz_target.h"
 
 #include <boost/make_shared.hpp>
 
@@ -43,7 +44,7 @@ void checkConversion(const sensor_msgs::PointCloud2& cloud, const NodeParameters
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(fuzz_clouds) {
   FuzzInput input(data, size);
   const NodeParameters parameters = takeParameters(input);
   CloudPoses poses;

@@ -3,6 +3,7 @@
 #include "cuboid_mapping/io/packed_bricks.h"
 
 #include "fuzz_input.h"
+#include "fuzz_target.h"
 
 #include <zlib.h>
 
@@ -77,7 +78,7 @@ void follow(const Bricks& bricks, const MapDelta& like) {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(fuzz_map_messages) {
   FuzzInput input(data, size);
   MapDelta delta;
   delta.instance = 1;

@@ -7,6 +7,7 @@
 
 #include "fuzz_input.h"
 #include "fuzz_limits.h"
+#include "fuzz_target.h"
 
 #include <sqlite3.h>
 #include <unistd.h>
@@ -86,7 +87,7 @@ std::int64_t takePlace(FuzzInput& input) {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(fuzz_map_store) {
   static Store file;
   FuzzInput input(data, size);
   file.run("BEGIN; DELETE FROM pages");

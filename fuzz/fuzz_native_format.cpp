@@ -4,6 +4,7 @@
 #include "cuboid_mapping/io/native_format.h"
 
 #include "fuzz_limits.h"
+#include "fuzz_target.h"
 
 #include <zlib.h>
 #include <zstd.h>
@@ -76,7 +77,7 @@ void read(const std::string& bytes) {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(fuzz_native_format) {
   const std::string input(reinterpret_cast<const char*>(data), size);
   read(input);
   if (size >= kHeaderBytes) read(sealFile(input));

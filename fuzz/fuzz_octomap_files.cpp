@@ -4,6 +4,7 @@
 #include "cuboid_mapping/io/octree_stream.h"
 
 #include "fuzz_limits.h"
+#include "fuzz_target.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -65,7 +66,7 @@ std::string makeFile(const char* kind, std::size_t num_nodes, const std::string&
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(fuzz_octomap_files) {
   const std::string input(reinterpret_cast<const char*>(data), size);
   attempt([&] { (void)fromOctomapFile(input, {}, fuzzLimits()); });
   attempt([&] {

@@ -3,6 +3,7 @@
 #include "cuboid_mapping/ros/conversions/sweep.h"
 
 #include "fuzz_cloud_message.h"
+#include "fuzz_target.h"
 
 #include <boost/make_shared.hpp>
 
@@ -71,7 +72,7 @@ void checkSlices(const std::vector<double>& times_s) {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(fuzz_point_times) {
   FuzzInput input(data, size);
   SensorMessage message;
   std::size_t num_points = 0;

@@ -4,6 +4,7 @@
 #include "cuboid_mapping/ros/services/answers.h"
 
 #include "fuzz_input.h"
+#include "fuzz_target.h"
 
 #include <geometry_msgs/TransformStamped.h>
 
@@ -172,7 +173,7 @@ void askOne(const MapInFrame& map, FuzzInput& input) {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(fuzz_requests) {
   FuzzInput input(data, size);
   const Room room;
   for (int i = 0; i < 4 && !input.isEmpty(); ++i) askOne(room.inFrame(), input);

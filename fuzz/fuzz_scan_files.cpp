@@ -3,6 +3,8 @@
 // damaged ones.
 #include "cuboid_mapping/io/scan_dataset.h"
 
+#include "fuzz_target.h"
+
 #include <unistd.h>
 
 #include <cstdint>
@@ -40,7 +42,7 @@ class Folder {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(fuzz_scan_files) {
   static const Folder kFolder;
   kFolder.write("poses.txt", std::string(reinterpret_cast<const char*>(data), size));
   try {
