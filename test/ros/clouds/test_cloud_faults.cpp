@@ -1,52 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Fails each allocation: every cloud is handed on once, or dropped and counted once.
 #include "cuboid_mapping/ros/clouds/cloud_buffer.h"
+#include "support/failing_allocation.h"
 
 #include <gtest/gtest.h>
 #include <boost/make_shared.hpp>
 
-#include <cstdlib>
-#include <new>
 #include <string>
 #include <vector>
-
-namespace {
-
-/// Allocations of this thread before one fails; negative: none fails.
-thread_local long allocations_left = -1;
-
-void* allocate(std::size_t size) {
-  if (allocations_left >= 0 && allocations_left-- == 0) throw std::bad_alloc();
-  void* memory = std::malloc(size == 0 ? 1 : size);
-  if (memory == nullptr) throw std::bad_alloc();
-  return memory;
-}
-
-/// While it lives, the allocation after this number of others fails, once.
-class FailingAllocation {
- public:
-  explicit FailingAllocation(long number) { allocations_left = number; }
-  ~FailingAllocation() { allocations_left = -1; }
-  FailingAllocation(const FailingAllocation&) = delete;
-  FailingAllocation& operator=(const FailingAllocation&) = delete;
-  [[nodiscard]] static bool hasFailed() { return allocations_left < 0; }
-};
-
-}  // namespace
-
-void* operator new(std::size_t size) { return allocate(size); }
-void* operator new[](std::size_t size) { return allocate(size); }
-void* operator new(std::size_t size, const std::nothrow_t& /*tag*/) noexcept {
-  try {
-    return allocate(size);
-  } catch (const std::bad_alloc&) {
-    return nullptr;
-  }
-}
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete[](void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t /*size*/) noexcept { std::free(memory); }
-void operator delete[](void* memory, std::size_t /*size*/) noexcept { std::free(memory); }
 
 namespace cuboid_mapping_ros {
 namespace {

@@ -94,10 +94,10 @@ TEST(PointTimes, AreThoseOfTheDriversFields) {
 }
 
 TEST(PointTimes, OfPointsThatAreNoReturnsCountOnlyWhereTheyAreWanted) {
-  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-  const auto cloud = toMessage(
-      makeTimedCloud("time", PointField::FLOAT32, {0.0, 0.5}, {{1, 2, 3}, {kNan, kNan, kNan}}));
-  expectTimes(cloud, {0.0, kNan});
+  constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
+  const auto cloud = toMessage(makeTimedCloud("time", PointField::FLOAT32, {0.0, 0.5},
+                                              {{1, 2, 3}, {kNoNumber, kNoNumber, kNoNumber}}));
+  expectTimes(cloud, {0.0, kNoNumber});
   EXPECT_EQ(*readPointTimes(cloud, true), (Times{0.0, 0.5}));
 }
 
