@@ -48,8 +48,8 @@ ChangeSet findChanges(const CuboidMap& before, const CuboidMap& after) {
   return changes;
 }
 
-std::vector<FlatImage::Pixel> color(const CuboidMap& map, const DistanceField& field,
-                                    double bound_m) {
+std::vector<FlatImage::Pixel> colorPixels(const CuboidMap& map, const DistanceField& field,
+                                          double bound_m) {
   static const Palette kPalette = makePalette();
   const CellBox& layer = field.region();
   std::vector<FlatImage::Pixel> pixels;
@@ -84,7 +84,7 @@ std::vector<FlatImage::Pixel> DistanceColors::update(CuboidMap map, const CellBo
     DistanceField field(map, layer, bound_m);
     kept_.emplace(Kept{std::move(map), std::move(field), bound_m});
   }
-  return color(kept_->map, kept_->field, bound_m);
+  return colorPixels(kept_->map, kept_->field, bound_m);
 }
 
 // NOLINTBEGIN(cppcoreguidelines-owning-memory): rviz deletes properties with their display

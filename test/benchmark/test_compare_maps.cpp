@@ -22,7 +22,7 @@ namespace cuboid_mapping::bench::test {
 namespace {
 
 using cuboid_mapping::test::ProgramEnd;
-using cuboid_mapping::test::readFile;
+using cuboid_mapping::test::readText;
 using cuboid_mapping::test::runProgram;
 using cuboid_mapping::test::TemporaryFolder;
 using Json = nlohmann::json;
@@ -106,7 +106,7 @@ class CompareMaps : public testing::Test {
   Json report(const std::string& dataset, const std::vector<std::string>& options = {}) const {
     const ProgramEnd end = run(dataset, options);
     EXPECT_EQ(end.status, 0) << end.err;
-    return end.status == 0 ? Json::parse(readFile(json_)) : Json::object();
+    return end.status == 0 ? Json::parse(readText(json_)) : Json::object();
   }
 
   /// Expects that a run fails with this text, and leaves no report.
@@ -233,7 +233,7 @@ TEST_F(CompareMaps, takesPartOfTheCloudsAndNoPeers) {
   ASSERT_EQ(end.status, 0) << end.err;
   EXPECT_EQ(end.err, "");  // a progress bar is for terminals
   EXPECT_NE(end.out.find("2 clouds, 3000 points"), std::string::npos) << end.out;
-  const Json json = Json::parse(readFile(json_));
+  const Json json = Json::parse(readText(json_));
   EXPECT_EQ(json["clouds"], 2);
   EXPECT_FALSE(json.contains("octomap"));
   EXPECT_TRUE(json["agreement"].empty());
@@ -286,7 +286,7 @@ TEST_F(CompareMaps, readsABagWithItsTransforms) {
   ASSERT_EQ(end.status, 0) << end.err;
   // The cloud from before all transforms is left out and reported.
   EXPECT_NE(end.err.find("1 cloud skipped"), std::string::npos) << end.err;
-  const Json from_bag = Json::parse(readFile(json_));
+  const Json from_bag = Json::parse(readText(json_));
   EXPECT_EQ(from_bag["clouds"], kNumScans);
   EXPECT_EQ(from_bag["points"], kNumScans * kNumPoints);
   expectExact(from_bag["agreement"]["octomap"]);

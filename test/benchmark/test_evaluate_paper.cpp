@@ -15,7 +15,7 @@ namespace cuboid_mapping::bench::test {
 namespace {
 
 using cuboid_mapping::test::ProgramEnd;
-using cuboid_mapping::test::readFile;
+using cuboid_mapping::test::readText;
 using cuboid_mapping::test::runProgram;
 using cuboid_mapping::test::TemporaryFolder;
 using Json = nlohmann::json;
@@ -51,7 +51,7 @@ class EvaluatePaper : public testing::Test {
 TEST_F(EvaluatePaper, writesFiguresAndPlotsAndGoesOnWhereItWas) {
   const ProgramEnd end = run(dataset_);
   ASSERT_EQ(end.status, 0) << end.err;
-  const Json report = Json::parse(readFile(out_ + "/evaluation.json"));
+  const Json report = Json::parse(readText(out_ + "/evaluation.json"));
   std::size_t num_agreeing = 0;
   for (const Json& run : report["runs"]) {
     EXPECT_GT(run["cells"], 0);
@@ -67,7 +67,7 @@ TEST_F(EvaluatePaper, writesFiguresAndPlotsAndGoesOnWhereItWas) {
   EXPECT_EQ(std::count_if(report["runs"].begin(), report["runs"].end(),
                           [](const Json& run) { return run["map"] == "paper"; }),
             6);
-  const std::string csv = readFile(out_ + "/evaluation.csv");
+  const std::string csv = readText(out_ + "/evaluation.csv");
   EXPECT_EQ(static_cast<std::size_t>(std::count(csv.begin(), csv.end(), '\n')),
             report["runs"].size() + 1);
   for (const char* plot : {"nodes", "cells", "insertion", "access", "sizes", "time", "rotation"}) {
@@ -123,7 +123,7 @@ TEST_F(EvaluatePaper, SpeedOnlyRunsWhatRatiosRestOnAndMarksCurvesOfOnePoint) {
   }
   EXPECT_EQ(names, (std::set<std::string>{"octomap_0.2m", "growth_0.2m_M32_cell_paper_sampled",
                                           "paper_0.2m_M32_own_width_full_along"}));
-  EXPECT_NE(readFile(out_ + "/room/access.svg").find("OctoMap, pruned, one point"),
+  EXPECT_NE(readText(out_ + "/room/access.svg").find("OctoMap, pruned, one point"),
             std::string::npos);
 }
 
@@ -134,7 +134,7 @@ TEST_F(EvaluatePaper, LetterRunsSweepBranchesResolutionsAndStarters) {
   ASSERT_EQ(end.status, 0) << end.err;
   std::map<std::string, std::size_t> cells;
   for (const auto& entry : std::filesystem::directory_iterator(out_ + "/room/runs")) {
-    cells[entry.path().stem().string()] = Json::parse(readFile(entry.path().string()))["cells"];
+    cells[entry.path().stem().string()] = Json::parse(readText(entry.path().string()))["cells"];
   }
   ASSERT_EQ(cells.size(), 8U) << end.out;
   const std::string usual = "paper_0.2m_M32_own_width_full_along";

@@ -34,7 +34,7 @@ std::vector<CellBox> randomBoxes(Random& random, const CellBox& area, int max_bo
   return boxes;
 }
 
-std::set<Cell> cellsOf(const std::vector<CellBox>& boxes) {
+std::set<Cell> cellsOfBoxes(const std::vector<CellBox>& boxes) {
   std::set<Cell> cells;
   for (const CellBox& box : boxes) {
     test::visitCells(box, [&](const Cell& cell) { cells.insert(cell); });
@@ -61,13 +61,13 @@ TEST(BoxCover, coversWhatIsOccupiedAndSaysWhatItAdds) {
     std::vector<CellBox> joined;
     for (const Cuboid& c : joinCuboids(map, task.region, CuboidFilter::kOccupied))
       joined.push_back(c.box);
-    std::set<Cell> expected = cellsOf(joined);
+    std::set<Cell> expected = cellsOfBoxes(joined);
     const auto num_occupied = static_cast<double>(expected.size());
-    for (const Cell& cell : cellsOf(task.keep_free)) expected.erase(cell);
+    for (const Cell& cell : cellsOfBoxes(task.keep_free)) expected.erase(cell);
 
     const BoxCover cover = coverOccupied(map, task);
     const double voxel = map.grid().voxelVolume();
-    const std::set<Cell> covered = cellsOf(cover.boxes);
+    const std::set<Cell> covered = cellsOfBoxes(cover.boxes);
     ASSERT_TRUE(std::includes(covered.begin(), covered.end(), expected.begin(), expected.end()));
     EXPECT_NEAR(cover.occupied_volume_m3 / voxel, static_cast<double>(expected.size()), 1e-6);
     EXPECT_NEAR(cover.added_volume_m3 / voxel,

@@ -31,7 +31,7 @@ std::vector<CellBox> boxesOf(const std::vector<Cuboid>& cuboids) {
   return boxes;
 }
 
-std::vector<Cell> cellsOf(const CellBox& box) {
+std::vector<Cell> cellsIn(const CellBox& box) {
   std::vector<Cell> cells;
   forEachBrick(box, [&](const Cell& brick) {
     const CellBox part = intersect(box, brickBox(brick));
@@ -86,8 +86,8 @@ TEST(GrowthFusionScene, anLShapedWallBecomesTwoCuboids) {
   GrowthScene scene;
   scene.set(boxAt({0, 0, 0}, {10, 1, 4}), scene.stableOccupied());
   scene.set(boxAt({0, 1, 0}, {1, 9, 4}), scene.stableOccupied());
-  auto starters = cellsOf(boxAt({0, 0, 0}, {10, 1, 4}));
-  const auto more = cellsOf(boxAt({0, 1, 0}, {1, 9, 4}));
+  auto starters = cellsIn(boxAt({0, 0, 0}, {10, 1, 4}));
+  const auto more = cellsIn(boxAt({0, 1, 0}, {1, 9, 4}));
   starters.insert(starters.end(), more.begin(), more.end());
   const auto cuboids = scene.fuse(starters);
   EXPECT_THAT(boxesOf(cuboids), testing::UnorderedElementsAre(boxAt({0, 0, 0}, {10, 1, 4}),
@@ -99,7 +99,7 @@ TEST(GrowthFusionScene, aRoomBecomesItsInsideAndItsWalls) {
   const CellBox room = boxAt({0, 0, 0}, {12, 10, 6});
   scene.set(room, scene.stableOccupied());
   scene.set(boxAt({1, 1, 1}, {10, 8, 4}), scene.stableFree());
-  const auto cuboids = scene.fuse(cellsOf(room));
+  const auto cuboids = scene.fuse(cellsIn(room));
   EXPECT_THAT(boxesOf(cuboids), Contains(boxAt({1, 1, 1}, {10, 8, 4})));
   EXPECT_EQ(cuboids.size(), 7U);  // The six walls are added.
 }
@@ -196,7 +196,7 @@ TEST(GrowthFusionScene, aContradictedVoxelIsSplitOutAndTheRestStays) {
   scene.set(block, scene.stableFree());
   ASSERT_EQ(scene.fuse({{4, 4, 4}}).size(), 1U);
   scene.set(CellBox::ofCell({4, 4, 4}), scene.unstable());
-  const auto cuboids = scene.fuse(cellsOf(block));
+  const auto cuboids = scene.fuse(cellsIn(block));
   EXPECT_EQ(cuboids.size(), 7U);  // Six pieces around it.
   EXPECT_THAT(cuboids, Contains(Cuboid{CellBox::ofCell({4, 4, 4}), Occupancy::kFree}));
   EXPECT_EQ(checkDisjoint(scene.tree()), std::vector<std::string>{});
@@ -208,10 +208,10 @@ TEST(GrowthFusionScene, aFlickeringVoxelWaitsUntilItHasSettled) {
   GrowthScene scene(config);
   const CellBox row = boxAt({0, 0, 0}, {5, 1, 1});
   scene.set(row, scene.stableFree());
-  ASSERT_EQ(scene.fuse(cellsOf(row)).size(), 1U);
+  ASSERT_EQ(scene.fuse(cellsIn(row)).size(), 1U);
   for (int i = 0; i < 6; ++i) {  // It flickers faster than it settles: never part of a cuboid.
     scene.set(CellBox::ofCell({2, 0, 0}), i % 2 == 0 ? scene.unstable() : scene.stableFree());
-    EXPECT_EQ(scene.fuse(cellsOf(row)).size(), 3U) << i;
+    EXPECT_EQ(scene.fuse(cellsIn(row)).size(), 3U) << i;
   }
   // It settles: the cuboids around it absorb it without any starter.
   for (int i = 0; i < 4; ++i) EXPECT_EQ(scene.fuse({}).size(), 3U) << i;
@@ -316,7 +316,7 @@ void paintRandomly(Random& random, GrowthScene& scene) {
                       min + Cell{random.integer(1, 7), random.integer(1, 6), random.integer(1, 4)}};
     scene.set(intersect(box, area), values[random.index(4)]);
   }
-  for (const Cell& cell : cellsOf(area)) {
+  for (const Cell& cell : cellsIn(area)) {
     if (random.chance(0.08)) scene.set(CellBox::ofCell(cell), values[random.index(4)]);
   }
 }
@@ -335,7 +335,7 @@ testing::AssertionResult agree(const std::vector<Cuboid>& cuboids, const GrowthS
   double num_voxels = 0.0;
   for (const Cuboid& cuboid : cuboids) {
     num_voxels += cuboid.box.numVoxels();
-    for (const Cell& cell : cellsOf(cuboid.box)) {
+    for (const Cell& cell : cellsIn(cuboid.box)) {
       if (scene.voxels().at(cell) != cuboid.occupancy) {
         return testing::AssertionFailure() << cuboid << " has another class at " << cell;
       }

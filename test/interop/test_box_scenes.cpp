@@ -207,7 +207,7 @@ class ConvertedBoxes : public testing::Test {
     return runProgram(command);
   }
   [[nodiscard]] std::string read(const std::string& file) const {
-    return test::readFile(folder_ / file);
+    return test::readText(folder_ / file);
   }
 
   TemporaryFolder folder_;
@@ -294,9 +294,9 @@ TEST_F(ConvertedBoxes, areDrawnJoined) {
     return runProgram(command);
   };
   ASSERT_EQ(draw({"--color-by", "size"}).status, 0);
-  const std::string tiles = test::readFile(picture);
+  const std::string tiles = test::readText(picture);
   ASSERT_EQ(draw({"--color-by", "size", "--joined"}).status, 0);
-  EXPECT_NE(test::readFile(picture), tiles);
+  EXPECT_NE(test::readText(picture), tiles);
   EXPECT_TRUE(contains(draw({"--joined"}).err, "--color-by size"));
 }
 

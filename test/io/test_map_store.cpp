@@ -203,9 +203,9 @@ TEST(MapStore, refusesWhatIsNoStore) {
   const std::string file = folder / "map.sqlite";
   for (const StoreAccess access : {StoreAccess::kRead, StoreAccess::kWrite}) {
     std::ofstream(file) << "a text that is longer than the head of a database, and then some more";
-    const std::string before = test::readFile(file);
+    const std::string before = test::readText(file);
     expectError(MapFileDefect::kForeign, file, "no SQLite file", [&] { MapStore(file, access); });
-    EXPECT_EQ(test::readFile(file), before);
+    EXPECT_EQ(test::readText(file), before);
     std::filesystem::remove(file);
     runSql(file, "CREATE TABLE theirs (a INTEGER)");
     expectError(MapFileDefect::kForeign, file, "another program", [&] { MapStore(file, access); });

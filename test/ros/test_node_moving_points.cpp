@@ -103,8 +103,8 @@ TEST_F(NodeMovingPointsTest, AreSaidAndLeftOutByTheNodeAndByBagToMap) {
   EXPECT_EQ(classOf(save.request.filename, kInBox), Occupancy::kFree);
   EXPECT_EQ(classOf(save.request.filename, kInWall), Occupancy::kOccupied);
   const std::string map = mapOfBag(writeBag({makeRoom({2.0, 2.0, 1.0}), makeBox()}), {});
-  EXPECT_TRUE(cuboid_mapping::test::readFile(map) ==
-              cuboid_mapping::test::readFile(save.request.filename));
+  EXPECT_TRUE(cuboid_mapping::test::readText(map) ==
+              cuboid_mapping::test::readText(save.request.filename));
 }
 
 TEST_F(NodeMovingPointsTest, AreFreedAfterTheDriveWhereThePlaceWasSeenEmptyLater) {

@@ -208,8 +208,8 @@ TEST_F(NodeSelfFilterTest, NodeAndBagToMapMakeTheSameMap) {
   save.request.filename = folder_ / "node.cuboids";
   ASSERT_TRUE(callService(std::string(kNode) + "/save_map", save));
   ASSERT_TRUE(save.response.info.success) << save.response.info.message;
-  EXPECT_TRUE(cuboid_mapping::test::readFile(mapWithUrdf("offline.cuboids")) ==
-              cuboid_mapping::test::readFile(save.request.filename));
+  EXPECT_TRUE(cuboid_mapping::test::readText(mapWithUrdf("offline.cuboids")) ==
+              cuboid_mapping::test::readText(save.request.filename));
 }
 
 }  // namespace

@@ -144,7 +144,7 @@ class NodeSourcesTest : public ::testing::Test {
                           std::string(CUBOID_MAPPING_SOURCE_DIR) + "/test/ros/sources.yaml"})
                   .status,
               0);
-    return cuboid_mapping::test::readFile(map);
+    return cuboid_mapping::test::readText(map);
   }
 
   TemporaryFolder folder_;
@@ -171,7 +171,7 @@ TEST_F(NodeSourcesTest, NodeAndBagToMapMakeTheSameMapOfThreeSensors) {
   save.request.filename = folder_ / "node.cuboids";
   ASSERT_TRUE(callService(std::string(kNode) + "/save_map", save));
   ASSERT_TRUE(save.response.info.success) << save.response.info.message;
-  EXPECT_TRUE(offline == cuboid_mapping::test::readFile(save.request.filename));
+  EXPECT_TRUE(offline == cuboid_mapping::test::readText(save.request.filename));
 }
 
 /// Compares the figures of each source with those of the node.

@@ -95,8 +95,8 @@ class ReplayTest : public ::testing::TestWithParam<const char*> {
     ASSERT_EQ(
         runProgram({BAG_TO_MAP_PROGRAM, bag, "-o", offline, "--set", "resolution=0.2"}).status, 0);
     EXPECT_GT(std::filesystem::file_size(offline), 1000U);
-    EXPECT_TRUE(cuboid_mapping::test::readFile(offline) ==
-                cuboid_mapping::test::readFile(save.request.filename));
+    EXPECT_TRUE(cuboid_mapping::test::readText(offline) ==
+                cuboid_mapping::test::readText(save.request.filename));
   }
 
   ros::NodeHandle nh_;

@@ -19,7 +19,7 @@
 namespace cuboid_mapping_ros::test {
 namespace {
 
-using cuboid_mapping::test::readFile;
+using cuboid_mapping::test::readText;
 using cuboid_mapping::test::runProgram;
 using cuboid_mapping::test::TemporaryFolder;
 
@@ -49,7 +49,7 @@ class SimulatedSensorsTest : public ::testing::Test {
         runProgram({BAG_TO_MAP_PROGRAM, bag_, "-o", file, "--params",
                     std::string(CUBOID_MAPPING_SOURCE_DIR) + "/test/ros/simulated_sensors.yaml"});
     EXPECT_EQ(end.status, 0) << end.err;
-    return readFile(file);
+    return readText(file);
   }
 
   TemporaryFolder folder_;
@@ -135,7 +135,7 @@ TEST_F(SimulatedSensorsTest, NodeAndBagToMapMakeTheSameMapOfFour) {
   save.request.filename = folder_ / "node.cuboids";
   ASSERT_TRUE(callService(std::string(kNode) + "/save_map", save));
   ASSERT_TRUE(save.response.info.success) << save.response.info.message;
-  EXPECT_TRUE(offline == readFile(save.request.filename));
+  EXPECT_TRUE(offline == readText(save.request.filename));
 }
 
 }  // namespace

@@ -90,11 +90,11 @@ Cell normalOf(const FaceVertex* corners) {
 class FaceMeshOfSet : public testing::TestWithParam<FaceSet> {};
 
 TEST_P(FaceMeshOfSet, showsEachExposedSideOnceAndNoFaceThatIsHidden) {
-  test::Random random(1);
+  cuboid_mapping::test::Random random(1);
   for (int round = 0; round < 10; ++round) {
     CuboidMap map;
     for (int i = 0; i < 5; ++i)
-      map.apply(test::randomUpdate(random, {{-3, -3, -3}, {3, 3, 3}}, 20));
+      map.apply(cuboid_mapping::test::randomUpdate(random, {{-3, -3, -3}, {3, 3, 3}}, 20));
     std::map<VoxelSide, int> shown;
     for (const Cell& chunk : chunksOf(map)) {
       const bool are_joined = round % 2 == 1;
@@ -155,9 +155,10 @@ INSTANTIATE_TEST_SUITE_P(Sets, FaceMeshOfSet,
 class SliceOfSet : public testing::TestWithParam<FaceSet> {};
 
 TEST_P(SliceOfSet, coversEachVoxelOfItsLayerAndClassOnce) {
-  test::Random random(2);
+  cuboid_mapping::test::Random random(2);
   CuboidMap map;
-  for (int i = 0; i < 5; ++i) map.apply(test::randomUpdate(random, {{-3, -3, -3}, {3, 3, 3}}, 20));
+  for (int i = 0; i < 5; ++i)
+    map.apply(cuboid_mapping::test::randomUpdate(random, {{-3, -3, -3}, {3, 3, 3}}, 20));
   const Occupancy wanted =
       GetParam() == FaceSet::kOccupiedSlice ? Occupancy::kOccupied : Occupancy::kFree;
   std::size_t num_all = 0;
@@ -212,9 +213,10 @@ std::set<Cell> coarseCells(const CuboidMap& map, const Cell& chunk, int level) {
 }
 
 TEST(FaceMesh, hasTheSidesOfCoarseCellsOnceEach) {
-  test::Random random(4);
+  cuboid_mapping::test::Random random(4);
   CuboidMap map;
-  for (int i = 0; i < 5; ++i) map.apply(test::randomUpdate(random, {{-3, -3, -3}, {3, 3, 3}}, 20));
+  for (int i = 0; i < 5; ++i)
+    map.apply(cuboid_mapping::test::randomUpdate(random, {{-3, -3, -3}, {3, 3, 3}}, 20));
   int num_coarse_levels = 0;
   for (const Cell& chunk : chunksOf(map)) {
     const FaceMesh mesh =

@@ -52,7 +52,7 @@ class TemporaryFolder {
   std::filesystem::path path_;
 };
 
-inline std::string readFile(const std::string& file) {
+inline std::string readText(const std::string& file) {
   std::ostringstream text;
   text << std::ifstream(file, std::ios::binary).rdbuf();
   return text.str();
@@ -67,7 +67,7 @@ struct ProgramEnd {
 
 /// Signals that a process handles, as bits; nothing if it has ended.
 inline std::optional<std::uint64_t> caughtSignals(pid_t pid) {
-  const std::string status = readFile("/proc/" + std::to_string(pid) + "/status");
+  const std::string status = readText("/proc/" + std::to_string(pid) + "/status");
   const std::size_t caught = status.find("SigCgt:");
   if (caught == std::string::npos) return std::nullopt;
   return std::stoull(status.substr(caught + 7), nullptr, 16);
@@ -111,8 +111,8 @@ class Program {
   ProgramEnd finish() {
     int state = 0;
     waitpid(pid_, &state, 0);
-    return {WIFEXITED(state) ? WEXITSTATUS(state) : -1, readFile(folder_ / "out"),
-            readFile(folder_ / "err")};
+    return {WIFEXITED(state) ? WEXITSTATUS(state) : -1, readText(folder_ / "out"),
+            readText(folder_ / "err")};
   }
 
  private:

@@ -20,7 +20,7 @@ namespace {
 
 using cuboid_mapping::test::ProgramEnd;
 using cuboid_mapping::test::Random;
-using cuboid_mapping::test::readFile;
+using cuboid_mapping::test::readText;
 using cuboid_mapping::test::runProgram;
 using cuboid_mapping::test::TemporaryFolder;
 
@@ -106,7 +106,7 @@ class BagPoses : public ::testing::Test {
   std::string map(const std::string& bag, const std::vector<std::string>& options) {
     const ProgramEnd end = run(bag, options);
     EXPECT_EQ(end.status, 0) << end.err;
-    return readFile(folder_ / "map.cuboids");
+    return readText(folder_ / "map.cuboids");
   }
 
   TemporaryFolder folder_;

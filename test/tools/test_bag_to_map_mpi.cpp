@@ -11,7 +11,7 @@ namespace {
 
 using test::Program;
 using test::ProgramEnd;
-using test::readFile;
+using test::readText;
 using test::runProgram;
 using test::TemporaryFolder;
 
@@ -66,8 +66,8 @@ class BagToMapMpi : public testing::Test {
       const std::string many = *folder / ("many." + ending);
       const ProgramEnd end = runRanks(ranks, Words{bags, "-o", many} + options);
       ASSERT_EQ(end.status, 0) << end.err;
-      EXPECT_GT(readFile(one).size(), 1000U);
-      EXPECT_TRUE(readFile(one) == readFile(many)) << ranks << " ranks: " << end.out;
+      EXPECT_GT(readText(one).size(), 1000U);
+      EXPECT_TRUE(readText(one) == readText(many)) << ranks << " ranks: " << end.out;
       std::filesystem::remove(many);
     }
   }
@@ -113,7 +113,7 @@ TEST_F(BagToMapMpi, writesAStoreOfAMapThatNoRankCouldHold) {
   const std::string store = *folder / "large.sqlite";
   const Words arguments{lap, "-o", store, "--set", "resolution=0.025", "threads=1"};
   ASSERT_EQ(runProgram(Words{BAG_TO_MAP_PROGRAM} + arguments).status, 0);
-  const std::string whole = readFile(store);
+  const std::string whole = readText(store);
   std::filesystem::remove(store);
   // One rank needs 170 MB, one of eight 90 MB.
   const auto limited = allowMpiWithin(std::size_t{128} << 20);
@@ -123,7 +123,7 @@ TEST_F(BagToMapMpi, writesAStoreOfAMapThatNoRankCouldHold) {
   EXPECT_FALSE(std::filesystem::exists(store));
   const ProgramEnd many = runProgram(commandOf(8, arguments), limited);
   EXPECT_EQ(many.status, 0) << many.err;
-  EXPECT_TRUE(whole == readFile(store));
+  EXPECT_TRUE(whole == readText(store));
 }
 
 TEST_F(BagToMapMpi, someRanksMayHaveNoCloud) {
@@ -161,7 +161,7 @@ TEST_F(BagToMapMpi, saysOnceWhatIsWrong) {
 std::vector<pid_t> childrenOf(pid_t parent, const std::string& name) {
   std::vector<pid_t> children;
   for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
-    const std::string stat = readFile(entry.path() / "stat");
+    const std::string stat = readText(entry.path() / "stat");
     const std::size_t end = stat.rfind(')');
     if (end == std::string::npos || stat.find('(' + name) == std::string::npos) continue;
     if (std::stoi(stat.substr(end + 4)) == parent) children.push_back(std::stoi(stat));
@@ -188,7 +188,7 @@ TEST_F(BagToMapMpi, waitsForSlowRanks) {
   const ProgramEnd end = run.finish();
   EXPECT_EQ(end.status, 0) << end.err;
   EXPECT_GT(num_stops, 3);
-  EXPECT_TRUE(readFile(one) == readFile(map));
+  EXPECT_TRUE(readText(one) == readText(map));
 }
 
 /// A long run whose ranks are all there and handle signals.
@@ -262,7 +262,7 @@ TEST_F(BagToMapMpi, goesOnFromACheckpointAfterARankHasDied) {
   EXPECT_FALSE(std::filesystem::exists(checkpoint));
   const std::string one = *folder / "one.cuboids";
   ASSERT_EQ(runProgram(Words{BAG_TO_MAP_PROGRAM, bag, "-o", one} + settings).status, 0);
-  EXPECT_TRUE(readFile(one) == readFile(map));
+  EXPECT_TRUE(readText(one) == readText(map));
 }
 
 TEST_F(BagToMapMpi, endsOnCtrlCAndWritesNothing) {

@@ -12,7 +12,7 @@ namespace {
 
 using test::Program;
 using test::ProgramEnd;
-using test::readFile;
+using test::readText;
 using test::runProgram;
 using test::TemporaryFolder;
 using test::Terminal;
@@ -38,7 +38,7 @@ class MapToolsTerminal : public testing::Test {
   }
 
   void expectOnlyOldFile(const std::string& file) const {
-    EXPECT_EQ(readFile(file), "old");
+    EXPECT_EQ(readText(file), "old");
     EXPECT_FALSE(std::filesystem::exists(file + ".partial"));
   }
 

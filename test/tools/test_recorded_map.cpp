@@ -27,7 +27,7 @@ using cuboid_mapping::test::TemporaryFolder;
 using cuboid_mapping::test::voxelsOf;
 
 /// A time after the start of a bag.
-ros::Time at(double time_s) { return ros::Time(1000.0) + ros::Duration(time_s); }
+ros::Time timeAt(double time_s) { return ros::Time(1000.0) + ros::Duration(time_s); }
 
 /// A node whose map changes with each step, and its messages.
 class Server {
@@ -85,7 +85,7 @@ class RecordedMapTest : public testing::Test {
 
   template <typename MessageT>
   void write(double time_s, const MessageT& message, const std::string& topic) {
-    bag_.write(topic, at(time_s), message);
+    bag_.write(topic, timeAt(time_s), message);
   }
   void writeKeyframe(double time_s, const cuboid_mapping::FullCuboidMap& message) {
     write(time_s, message, "/cuboid_map");

@@ -18,7 +18,7 @@ namespace {
 using cuboid_mapping::test::limitFileSize;
 using cuboid_mapping::test::Program;
 using cuboid_mapping::test::ProgramEnd;
-using cuboid_mapping::test::readFile;
+using cuboid_mapping::test::readText;
 using cuboid_mapping::test::runProgram;
 using cuboid_mapping::test::TemporaryFolder;
 using cuboid_mapping::test::Terminal;
@@ -224,8 +224,8 @@ TEST_F(ScansToBag, isNotNeededToMapScans) {
     const ProgramEnd end = mapInputs({dataset}, of_scans, {"--set", "frame_id=odom"});
     EXPECT_EQ(end.status, 0) << end.err;
     EXPECT_NE(end.out.find("3 of 3 clouds, 15 points"), std::string::npos) << end.out;
-    EXPECT_GT(readFile(of_bag).size(), 500U);
-    EXPECT_TRUE(readFile(of_bag) == readFile(of_scans)) << dataset;
+    EXPECT_GT(readText(of_bag).size(), 500U);
+    EXPECT_TRUE(readText(of_bag) == readText(of_scans)) << dataset;
   }
   const ProgramEnd both = mapInputs({dataset_, graph}, output_ / "both.cuboids");
   EXPECT_NE(both.out.find("6 of 6 clouds, 30 points"), std::string::npos) << both.out << both.err;

@@ -17,7 +17,7 @@ using cuboid_mapping::World;
 using cuboid_mapping::test::limitFileSize;
 using cuboid_mapping::test::Program;
 using cuboid_mapping::test::ProgramEnd;
-using cuboid_mapping::test::readFile;
+using cuboid_mapping::test::readText;
 using cuboid_mapping::test::runProgram;
 using cuboid_mapping::test::TemporaryFolder;
 using cuboid_mapping::test::waitForFile;
@@ -134,7 +134,7 @@ TEST_F(SimulatedLidarBag, isTheSameForTheSameSeedOnly) {
   ASSERT_EQ(writeBag(bag_, smallWith({"--seed", "3"})).status, 0);
   ASSERT_EQ(writeBag(again, smallWith({"--seed", "3"})).status, 0);
   ASSERT_EQ(writeBag(other, smallWith({"--seed", "4"})).status, 0);
-  EXPECT_TRUE(readFile(bag_) == readFile(again));
+  EXPECT_TRUE(readText(bag_) == readText(again));
   const BagContents first = readBag(bag_);
   const BagContents second = readBag(other);
   ASSERT_EQ(first.clouds.size(), second.clouds.size());
@@ -145,13 +145,13 @@ TEST_F(SimulatedLidarBag, isTheSameForTheSameSeedOnly) {
 
 TEST_F(SimulatedLidarBag, replacesAnOlderBagOnlyWhenComplete) {
   ASSERT_EQ(writeBag(bag_, kSmall).status, 0);
-  const std::string before = readFile(bag_);
+  const std::string before = readText(bag_);
   const ProgramEnd failed =
       writeBag(bag_, smallWith({"--seed", "2"}), [] { limitFileSize(50000); });
   EXPECT_EQ(failed.status, 1);
-  EXPECT_TRUE(readFile(bag_) == before);
+  EXPECT_TRUE(readText(bag_) == before);
   ASSERT_EQ(writeBag(bag_, smallWith({"--seed", "2"})).status, 0);
-  EXPECT_FALSE(readFile(bag_) == before);
+  EXPECT_FALSE(readText(bag_) == before);
 }
 
 TEST_F(SimulatedLidarBag, leavesNothingBehindOnAFullDisk) {

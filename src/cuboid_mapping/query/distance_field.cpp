@@ -104,7 +104,7 @@ void extend(PartT& part, const PartT& other) {
 
 /// Stores a part of a row. @return The part that has changed.
 template <typename T, typename PartT>
-PartT store(T* row, const std::vector<T>& values, PartT part) {
+PartT storeRow(T* row, const std::vector<T>& values, PartT part) {
   while (!part.isEmpty() && row[part.begin] == values[static_cast<std::size_t>(part.begin)]) {
     ++part.begin;
   }
@@ -203,7 +203,7 @@ void DistanceField::computeRows(const Obstacles& obstacles, std::int32_t brick_y
         }
       }
       findOffsets(found, bound_, offsets);
-      *row_changes_.row(y, z) = store(offsets_.row(y, z), offsets, Part{0, region_.size().x});
+      *row_changes_.row(y, z) = storeRow(offsets_.row(y, z), offsets, Part{0, region_.size().x});
     }
   }
 }
@@ -229,7 +229,7 @@ void DistanceField::computeLayers() {
       if (part.isEmpty()) continue;
       const auto row_of = [&](std::int32_t distance) { return offsets_.row(y + distance, z); };
       findLeast(part, layers_.width, bound_, row_of, squares.data());
-      *layer_changes_.row(y, z) = store(layers_.row(y, z), squares, part);
+      *layer_changes_.row(y, z) = storeRow(layers_.row(y, z), squares, part);
     }
   }
 }

@@ -31,7 +31,7 @@ XmlRpcValue makeSource(const std::string& name, const std::string& topic) {
   return source;
 }
 
-XmlRpcValue makeList(const std::vector<XmlRpcValue>& elements) {
+XmlRpcValue listOf(const std::vector<XmlRpcValue>& elements) {
   XmlRpcValue list;
   list.setSize(static_cast<int>(elements.size()));
   for (int i = 0; i < list.size(); ++i) list[i] = elements[static_cast<std::size_t>(i)];
@@ -59,7 +59,7 @@ XmlRpcValue twoSources() {
   laser["sensor_model"]["end_margin"] = 0.25;
   laser["sensor_model"]["no_return_points"] = "nan zero";
   laser["filter_ground"] = true;
-  XmlRpcValue group = makeList({makeSource("lidar", "points"), laser});
+  XmlRpcValue group = listOf({makeSource("lidar", "points"), laser});
   group["sensor_model"]["hit"] = 0.8;
   group["sensor_model"]["miss"] = 0.3;
   group["sensor_model"]["max_range"] = 40.0;
@@ -113,7 +113,7 @@ TEST(Sources, MayWriteKeysWithASlashAsTheirPageDoes) {
   XmlRpcValue element = makeSource("lidar", "points");
   element["sensor_model/max_range"] = 5.0;
   element["ground_filter/angle"] = "steep";
-  const LoadedParameters loaded = readParameters(makeList({element}));
+  const LoadedParameters loaded = readParameters(listOf({element}));
   ASSERT_EQ(loaded.errors.size(), 1U);
   EXPECT_EQ(loaded.errors[0].key, "sources[0]/ground_filter/angle");
   EXPECT_EQ(sourcesOf(loaded.parameters).at(0).max_range_m, 5.0);
@@ -129,7 +129,7 @@ TEST(Sources, EverythingThatIsWrongWithThemIsSaidAtOnce) {
   bad["sensor_model"]["max_range"] = 20.0;
   XmlRpcValue without_topic;
   without_topic["name"] = "laser";
-  XmlRpcValue group = makeList({bad, without_topic, XmlRpcValue(5)});
+  XmlRpcValue group = listOf({bad, without_topic, XmlRpcValue(5)});
   group["resolution"] = -1.0;
   const std::vector<std::string> expected{
       "resolution is -1.0, but must be a number from 0.001 to 100.0: correct it, or remove it to "
@@ -185,9 +185,9 @@ TEST(Sources, AtMostSoManyMessagesASecondPass) {
 }
 
 TEST(Sources, OfTheDocumentAndTheExampleAreTaken) {
-  using cuboid_mapping::test::readFile;
+  using cuboid_mapping::test::readText;
   const std::string root = std::string(CUBOID_MAPPING_SOURCE_DIR) + '/';
-  const std::string page = readFile(root + "doc/sensors.md");
+  const std::string page = readText(root + "doc/sensors.md");
   const cuboid_mapping::test::TemporaryFolder folder;
   std::vector<std::string> files{root + "config/sensors.yaml"};
   const std::string fence = "```yaml\n";

@@ -27,7 +27,7 @@ using sensor_msgs::LaserScan;
 constexpr float kNotANumber = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInf = std::numeric_limits<float>::infinity();
 
-LaserScan makeScan(const std::vector<float>& ranges) {
+LaserScan laserScan(const std::vector<float>& ranges) {
   LaserScan scan;
   scan.header.frame_id = "laser";
   scan.angle_min = -1.5F;
@@ -99,7 +99,7 @@ TEST(SensorConversions, EachReadingOfRep117MeansWhatIsChosen) {
       options.no_return_points = static_cast<NoReturnPoints>(set);
       const bool frees = contains(options.no_return_points, test_case.frees_with);
       SCOPED_TRACE(std::to_string(test_case.reading) + " with " + toText(options.no_return_points));
-      const LaserScan scan = makeScan({5.0F, test_case.reading});
+      const LaserScan scan = laserScan({5.0F, test_case.reading});
       const DepthImage depth = makeDepth({5.0F, test_case.reading}, 2);
       std::vector<CloudPoints> clouds{expectGood(convertLaserScan(scan, options))};
       if (test_case.frees_with != NoReturnPoints::kRangeMax) {  // Images have no such limit.
@@ -142,7 +142,7 @@ TEST(SensorConversions, RangesBeyondTheLimitsOfAScanAreNeither) {
   CloudOptions options;
   options.no_return_range_m = 7.0;
   const CloudPoints cloud =
-      expectGood(convertLaserScan(makeScan({0.05F, 0.1F, 29.9F, 30.0F, 30.1F}), options));
+      expectGood(convertLaserScan(laserScan({0.05F, 0.1F, 29.9F, 30.0F, 30.1F}), options));
   EXPECT_EQ(cloud.points.size(), 2U);
   EXPECT_TRUE(cloud.no_returns.empty());
   EXPECT_EQ(cloud.num_skipped, 3U);
@@ -153,7 +153,7 @@ TEST(SensorConversions, NamedRangesAreNoReturnsOfKnownDirection) {
   options.no_return_range_m = 7.0;
   options.no_return_points = NoReturnPoints::kNone;
   options.no_return_ranges_m = {8.19};
-  const CloudPoints scan = expectGood(convertLaserScan(makeScan({5.0F, 8.19F, 8.2F}), options));
+  const CloudPoints scan = expectGood(convertLaserScan(laserScan({5.0F, 8.19F, 8.2F}), options));
   EXPECT_EQ(scan.points.size(), 2U);
   ASSERT_EQ(scan.no_returns.size(), 1U);
   EXPECT_NEAR(scan.no_returns[0].norm(), 7.0F, 1e-4F);
@@ -168,7 +168,7 @@ TEST(SensorConversions, NamedRangesAreNoReturnsOfKnownDirection) {
   ASSERT_EQ(cloud.no_returns.size(), 2U);
   EXPECT_LT((cloud.no_returns[0] - Eigen::Vector3f(0.0F, 4.2F, 5.6F)).norm(), 1e-4F);
   options.no_return_range_m = 0.0;
-  EXPECT_TRUE(expectGood(convertLaserScan(makeScan({5.0F, 8.19F}), options)).no_returns.empty());
+  EXPECT_TRUE(expectGood(convertLaserScan(laserScan({5.0F, 8.19F}), options)).no_returns.empty());
 }
 
 TEST(SensorConversions, AZeroThatHasMovedWithItsCloudIsNoReturn) {
@@ -188,7 +188,7 @@ TEST(SensorConversions, BeamsOfAScanLieWhereItsAnglesSay) {
   for (int i = 0; i < 300; ++i) {
     ranges.push_back(i % 3 == 0 ? kInf : static_cast<float>(random.real(0.2, 29.0)));
   }
-  const LaserScan scan = makeScan(ranges);
+  const LaserScan scan = laserScan(ranges);
   const CloudPoints cloud = expectGood(convertLaserScan(scan, options));
   ASSERT_EQ(cloud.points.size(), 200U);
   ASSERT_EQ(cloud.no_returns.size(), 100U);
@@ -247,9 +247,10 @@ TEST(SensorConversions, PixelsLieWhereTheCameraSays) {
 }
 
 TEST(SensorConversions, WhatCannotBeUsedIsRefusedWithTheReason) {
-  EXPECT_EQ(defectOf(convertLaserScan(makeScan({}))), DropReason::kNoPoints);
-  EXPECT_EQ(defectOf(convertLaserScan(makeScan({kNotANumber, 50.0F}))), DropReason::kNoValidPoints);
-  LaserScan scan = makeScan({1.0F});
+  EXPECT_EQ(defectOf(convertLaserScan(laserScan({}))), DropReason::kNoPoints);
+  EXPECT_EQ(defectOf(convertLaserScan(laserScan({kNotANumber, 50.0F}))),
+            DropReason::kNoValidPoints);
+  LaserScan scan = laserScan({1.0F});
   scan.angle_increment = kNotANumber;
   EXPECT_EQ(defectOf(convertLaserScan(scan)), DropReason::kBadLayout);
   scan.header.frame_id.clear();
@@ -324,7 +325,7 @@ TEST(SensorConversions, AScanMakesTheMapThatOctomapMakesOfItsRays) {
   Random random;
   std::vector<float> ranges;
   for (int i = 0; i < 300; ++i) ranges.push_back(static_cast<float>(random.real(0.2, 15.0)));
-  const LaserScan scan = makeScan(ranges);
+  const LaserScan scan = laserScan(ranges);
   std::vector<Eigen::Vector3f> points;
   for (std::size_t i = 0; i < ranges.size(); ++i) {
     points.push_back((static_cast<double>(ranges[i]) * directionOf(scan, i)).cast<float>());
@@ -344,7 +345,7 @@ TEST(SensorConversions, TheEndMarginOfASourceIsOfItsBeamsThatClear) {
     NodeStatistics statistics;
     std::optional<CloudError> error;
     const SensorMessage scan{
-        boost::make_shared<LaserScan>(makeScan(std::vector<float>(300, 4.0F)))};
+        boost::make_shared<LaserScan>(laserScan(std::vector<float>(300, 4.0F)))};
     const auto* update = source.pipeline.compute(scan, poses, statistics, error);
     ASSERT_NE(update, nullptr) << error->text;
     int hits = 0;

@@ -74,7 +74,7 @@ TEST(MapStorage, keepsTheLastSaves) {
       cuboid_mapping::replaceFile(locksFile(file), std::to_string(save));
     }
     EXPECT_EQ(countKept(file, 9), (std::map<int, std::size_t>{{1, 5U}, {2, 4U}, {3, 3U}})) << name;
-    EXPECT_EQ(cuboid_mapping::test::readFile(locksFile(earlierSave(file, 2))), "4");
+    EXPECT_EQ(cuboid_mapping::test::readText(locksFile(earlierSave(file, 2))), "4");
     std::filesystem::remove(earlierSave(file, 2));
     keepEarlierSaves(file, 3);
     EXPECT_EQ(countKept(file, 9), (std::map<int, std::size_t>{{1, 6U}, {2, 5U}, {3, 3U}}))

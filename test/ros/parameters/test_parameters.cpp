@@ -35,7 +35,7 @@ XmlRpcValue makeGroup(const std::vector<std::pair<std::string, XmlRpcValue>>& va
   return group;
 }
 
-std::string readFile(const std::string& path) {
+std::string sourceText(const std::string& path) {
   std::ifstream in(std::string(CUBOID_MAPPING_SOURCE_DIR) + '/' + path);
   std::ostringstream text;
   text << in.rdbuf();
@@ -413,12 +413,12 @@ TEST(Parameters, GroupsAndValuesAreNotMixedUp) {
 }
 
 TEST(Parameters, DefaultYamlIsWhatPrintParametersWrites) {
-  EXPECT_EQ(readFile("config/default.yaml"), toYaml())
+  EXPECT_EQ(sourceText("config/default.yaml"), toYaml())
       << "Write it anew: rosrun cuboid_mapping print_parameters --yaml > config/default.yaml";
 }
 
 TEST(Parameters, TheDocumentIsWhatPrintParametersWrites) {
-  EXPECT_EQ(readFile("doc/parameters.md"), toMarkdownTable())
+  EXPECT_EQ(sourceText("doc/parameters.md"), toMarkdownTable())
       << "Write it anew: rosrun cuboid_mapping print_parameters --markdown > doc/parameters.md";
 }
 

@@ -56,7 +56,7 @@ std::vector<MarkerStyle> allStyles() {
 }
 
 /// A scan from a random place in a hall of 40 x 40 x 40 voxels around `center_m`.
-cuboid_mapping::Scan makeScan(Random& random, const Eigen::Vector3f& center_m) {
+cuboid_mapping::Scan scanAround(Random& random, const Eigen::Vector3f& center_m) {
   cuboid_mapping::test::ScanShape shape;
   shape.num_points = random.integer(1, 40);
   shape.half_edge_m = 4.0;
@@ -76,7 +76,7 @@ class Drive {
   ChangeSet step() {
     if (random_.chance(0.03)) return map_.clear();
     const float x = static_cast<float>(random_.integer(-2, 2)) * 10.0F;
-    return map_.apply(updater_.compute(makeScan(random_, {x, -0.5F * x, 0.0F})));
+    return map_.apply(updater_.compute(scanAround(random_, {x, -0.5F * x, 0.0F})));
   }
 
   [[nodiscard]] const CuboidMap& map() const { return map_; }

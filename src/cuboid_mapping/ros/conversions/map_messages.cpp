@@ -27,7 +27,7 @@ MapDetail detailOf(const CuboidBricks& message) {
   return message.has_values != 0 ? MapDetail::kValues : MapDetail::kClasses;
 }
 
-bool fromMessage(const CuboidBricks& message, std::vector<VoxelBrick>& bricks) {
+bool readBricks(const CuboidBricks& message, std::vector<VoxelBrick>& bricks) {
   const PackedBricks packed{message.num_bricks, message.num_values, message.has_values != 0,
                             message.data};
   auto unpacked = unpackBricks(packed);
@@ -48,7 +48,7 @@ ImageMessage fromMessage(const FullCuboidMap& message) {
   result.image = {
       message.instance, message.revision, message.resolution, detailOf(message.bricks), {}};
   // Followers refuse an image without a resolution.
-  if (!isAtZero(message.origin) || !fromMessage(message.bricks, result.image.bricks)) {
+  if (!isAtZero(message.origin) || !readBricks(message.bricks, result.image.bricks)) {
     result.image.resolution_m = 0.0;
   }
   result.num_parts = message.num_parts;
@@ -82,7 +82,7 @@ DeltaMessage fromMessage(const CuboidMapUpdate& message) {
   result.server = message.server;
   // A damaged message counts as a change of everything: the client asks for the map.
   result.delta.is_everything |=
-      !isAtZero(message.origin) || !fromMessage(message.bricks, result.delta.bricks);
+      !isAtZero(message.origin) || !readBricks(message.bricks, result.delta.bricks);
   // Set also for a damaged message: the client asks for a map of this detail.
   result.delta.detail = detailOf(message.bricks);
   return result;

@@ -67,7 +67,7 @@ std::string describeTf(const NodeReport& report) {
   return withClock(text, report);
 }
 
-std::string adviseOn(DropReason reason, const NodeReport& report) {
+std::string adviseOnDrops(DropReason reason, const NodeReport& report) {
   if (reason == DropReason::kQueueFull && report.speed_advice) return *report.speed_advice;
   if (reason == DropReason::kNoTransform) return describeTf(report);
   if (reason == DropReason::kTooOldForTf) return withClock(toAdvice(reason), report);
@@ -87,7 +87,7 @@ std::string describeDrops(const NodeReport& report, const NodeStatistics& last) 
     separator = ", ";
     if (count > countNew(report, last, most_frequent)) most_frequent = reason;
   }
-  text << "): " << adviseOn(most_frequent, report);
+  text << "): " << adviseOnDrops(most_frequent, report);
   return text.str();
 }
 

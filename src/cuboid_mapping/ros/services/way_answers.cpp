@@ -24,8 +24,6 @@ static_assert(FindCorridor::Response::GOAL_BLOCKED == toInt(CorridorEnd::kGoalBl
 static_assert(FindCorridor::Response::NO_WAY == toInt(CorridorEnd::kNoWay));
 static_assert(FindCorridor::Response::TIME_LIMIT == toInt(CorridorEnd::kBudgetSpent));
 
-using Path = std::vector<Eigen::Vector3d>;
-
 constexpr Entries kRays{"rays", 49};
 constexpr std::size_t kCorridorBytes = 200;
 constexpr std::size_t kPoseBytes = 100;
@@ -76,7 +74,7 @@ std::optional<RayQueryResult> cast(const CuboidMap& map, const Ray& ray, const R
   RayQueryResult result;
   result.distance_m = task.max_range_m;
   if (task.thickness_m > 0.0) {
-    const Path path{ray.origin_map, ray.at(task.max_range_m)};
+    const std::vector<Eigen::Vector3d> path{ray.origin_map, ray.at(task.max_range_m)};
     const auto swept =
         checkPath(map, path, Eigen::Vector3d::Constant(task.thickness_m), task.policy, budget);
     if (swept.contact) {
