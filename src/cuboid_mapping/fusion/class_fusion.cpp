@@ -38,9 +38,7 @@ void ClassFusion::follow(const VoxelStore::PendingBrick& brick) noexcept {
 
 /// Calls visit(const Cuboid&) -> Visit for each cuboid of a brick that passes the filter.
 template <typename VisitT>
-Visit ClassFusion::visitBrick(const VoxelStore& voxels, NodeIndex leaf, CuboidFilter filter,
-                              VisitT visit) const {
-  const Brick& brick = voxels.bricks().item(leaf);
+Visit ClassFusion::visitBrick(const Brick& brick, CuboidFilter filter, VisitT visit) const {
   if (!is_fused_) return visitVoxels(brick, filter, visit);
   const auto visit_box = [&](PackedBox box, Occupancy occupancy) {
     return visit(unpackCuboid(brick.brick, box, occupancy));
@@ -58,10 +56,9 @@ void ClassFusion::visitBox(const VoxelStore& voxels, const CellBox& window, Cubo
     stage == 0 ? __builtin_prefetch(&brick) : brick.cuboids.prefetch();
   };
   visitLeaves(inner_, window, filter, prefetch, [&](NodeIndex leaf) {
-    if (window.contains(brickBox(voxels.bricks().item(leaf).brick))) {
-      return visitBrick(voxels, leaf, filter, visit);
-    }
-    return visitBrick(voxels, leaf, filter, [&](const Cuboid& cuboid) {
+    const Brick& brick = voxels.bricks().item(leaf);
+    if (window.contains(brickBox(brick.brick))) return visitBrick(brick, filter, visit);
+    return visitBrick(brick, filter, [&](const Cuboid& cuboid) {
       return cuboid.box.intersects(window) ? visit(cuboid) : Visit::kContinue;
     });
   });
@@ -71,7 +68,7 @@ void ClassFusion::visitNearest(const VoxelStore& voxels, const Eigen::Vector3d& 
                                double max_distance, CuboidFilter filter,
                                DistanceVisitor visit) const {
   const auto read_leaf = [&](NodeIndex leaf, const auto& push) {
-    (void)visitBrick(voxels, leaf, filter, [&](const Cuboid& cuboid) {
+    (void)visitBrick(voxels.bricks().item(leaf), filter, [&](const Cuboid& cuboid) {
       push(cuboid);
       return Visit::kContinue;
     });

@@ -36,8 +36,7 @@ class ClassFusion : public CuboidTree {
 
  private:
   template <typename VisitT>
-  Visit visitBrick(const VoxelStore& voxels, NodeIndex leaf, CuboidFilter filter,
-                   VisitT visit) const;
+  Visit visitBrick(const Brick& brick, CuboidFilter filter, VisitT visit) const;
 
   InnerTree inner_;
   bool is_fused_;

@@ -33,6 +33,8 @@ static_assert(sizeof(Cuboid) == offsetof(CellBox, max) + sizeof(Numbers) &&
               offsetof(Cuboid, occupancy) == offsetof(CellBox, max) + 12 &&
               __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__);
 
+static_assert(static_cast<int>(Occupancy::kFree) == 1 &&
+              static_cast<int>(Occupancy::kOccupied) == 2);
 /// One voxel beyond a corner, by class.
 constexpr Numbers kEnds[] = {{{1, 1, 1, 0}}, {{1, 1, 1, 1}}, {{1, 1, 1, 2}}};
 /// By nine bits of a box.
