@@ -8,6 +8,9 @@ function(cuboid_mapping_configure target)
   # Sources of a target share no name of an unnamed namespace.
   if(CUBOID_MAPPING_UNITY)
     set_target_properties(${target} PROPERTIES UNITY_BUILD ON)
+    if(CUBOID_MAPPING_UNITY STREQUAL WHOLE)
+      set_target_properties(${target} PROPERTIES UNITY_BUILD_BATCH_SIZE 0)
+    endif()
     # Said of types in unnamed namespaces of every source that is not the unit itself.
     target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
   endif()

@@ -76,9 +76,12 @@ cuboid_mapping_add_part(core
   cuboid_mapping/voxels/voxel_store.cpp)
 target_link_libraries(cuboid_mapping_core PUBLIC Eigen3::Eigen Threads::Threads)
 # Each alone: sources with vectors, and the work on a cloud, whose speed depends on what the compiler inlines.
-get_target_property(alone cuboid_mapping_core SOURCES)
-list(FILTER alone INCLUDE REGEX "/(scan|voxels)/")
-set_source_files_properties(${alone} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+# A WHOLE unit is for builds that need no speed.
+if(NOT CUBOID_MAPPING_UNITY STREQUAL WHOLE)
+  get_target_property(alone cuboid_mapping_core SOURCES)
+  list(FILTER alone INCLUDE REGEX "/(scan|voxels)/")
+  set_source_files_properties(${alone} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+endif()
 
 # Where beams without a return went, as sensors lay out their clouds: knows no map.
 cuboid_mapping_add_part(no_return

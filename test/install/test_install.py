@@ -17,7 +17,7 @@ CMAKE, *FOLDERS = sys.argv[1:6]
 SOURCE, BUILD, DEVEL, PREFIX = map(pathlib.Path, FOLDERS)
 PACKAGE = 'cuboid_mapping'
 # Without optimization, and a library in one unit.
-QUICKLY = '-DCMAKE_CXX_FLAGS_RELEASE=-O0', '-DCMAKE_UNITY_BUILD_BATCH_SIZE=100'
+QUICKLY = '-DCMAKE_CXX_FLAGS_RELEASE=-O0', '-DCUBOID_MAPPING_UNITY=WHOLE'
 
 
 def run(*command, **options):

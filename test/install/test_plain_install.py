@@ -17,7 +17,7 @@ CMAKE, SOURCE = sys.argv[1], pathlib.Path(sys.argv[2])
 ENVIRONMENT = {name: value for name, value in os.environ.items()
                if not name.startswith('ROS') and name not in ('CMAKE_PREFIX_PATH', 'LD_LIBRARY_PATH', 'PYTHONPATH')}
 # Without optimization, and a library in one unit.
-QUICKLY = '-DCMAKE_CXX_FLAGS_RELEASE=-O0', '-DCMAKE_UNITY_BUILD_BATCH_SIZE=100'
+QUICKLY = '-DCMAKE_CXX_FLAGS_RELEASE=-O0', '-DCUBOID_MAPPING_UNITY=WHOLE'
 
 
 def run(*command):

@@ -49,28 +49,28 @@ std::int16_t squareOf(std::int32_t offset) { return static_cast<std::int16_t>(of
 
 /// Places of a row that are worked on at once: they fill a register.
 constexpr std::int32_t kLanes = 8;
-using Lanes = std::int16_t __attribute__((vector_size(2 * kLanes)));
+using Squares = std::int16_t __attribute__((vector_size(2 * kLanes)));
 
 /// Squares of what rows hold from a place on: offsets, or squares, which are at most kFar.
 ///@{
-Lanes squaresAt(const std::int8_t* offsets) {
+Squares squaresAt(const std::int8_t* offsets) {
   std::int8_t __attribute__((vector_size(kLanes))) lanes;
   std::memcpy(&lanes, offsets, sizeof(lanes));
-  const Lanes wide = __builtin_convertvector(lanes, Lanes);
+  const Squares wide = __builtin_convertvector(lanes, Squares);
   return wide * wide;
 }
-Lanes squaresAt(const std::int16_t* squares) {
-  Lanes lanes;
+Squares squaresAt(const std::int16_t* squares) {
+  Squares lanes;
   std::memcpy(&lanes, squares, sizeof(lanes));
   return lanes;
 }
 ///@}
 
-Lanes lesser(const Lanes& a, const Lanes& b) { return a < b ? a : b; }
+Squares lesser(const Squares& a, const Squares& b) { return a < b ? a : b; }
 
-bool isAnyGreater(const Lanes& lanes, std::int16_t limit) {
+bool isAnyGreater(const Squares& lanes, std::int16_t limit) {
   std::uint64_t bits[2];
-  const Lanes are_greater = lanes > limit;
+  const Squares are_greater = lanes > limit;
   std::memcpy(bits, &are_greater, sizeof(bits));
   return (bits[0] | bits[1]) != 0;
 }
@@ -84,11 +84,11 @@ void findLeast(const PartT& part, std::int32_t width, std::int32_t bound, const 
                std::int16_t* least) {
   for (std::int32_t begin = part.begin; begin < part.end; begin += kLanes) {
     const std::int32_t at = std::min(begin, width - kLanes);
-    Lanes lanes = squaresAt(row_of(0) + at);
+    Squares lanes = squaresAt(row_of(0) + at);
     // Those farther away add more.
     for (std::int32_t distance = 1; distance <= bound && isAnyGreater(lanes, squareOf(distance));
          ++distance) {
-      const Lanes rows =
+      const Squares rows =
           lesser(squaresAt(row_of(-distance) + at), squaresAt(row_of(distance) + at));
       lanes = lesser(lanes, rows + squareOf(distance));
     }

@@ -78,7 +78,7 @@ Longs cutBeams(const Eigen::Vector3f& origin, double max_range_m, FloatVectors& 
 /// @param first  Index of the first of four rays. @return Rays that are set up.
 Longs computeRays(const RayOrigin& origin, const FloatVectors& ends, int first, RayBatch& rays) {
   constexpr double kEnd = Grid::kMaxCell;
-  constexpr double kNever = std::numeric_limits<double>::max();
+  constexpr double kNoCrossing = std::numeric_limits<double>::max();
   const FloatVectors ways = subtract(ends, origin.point());
   const Floats lengths = toFloats(computeLengths(ways));
   const Doubles lengths_m = toDoubles(lengths);
@@ -100,8 +100,8 @@ Longs computeRays(const RayOrigin& origin, const FloatVectors& ends, int first, 
     const Doubles t_max = (component > 0.0 ? up : down) / component;
     const Doubles t_delta = origin.grid().resolution() / (component < 0.0 ? -component : component);
     const Longs is_never = component == 0.0;
-    store(is_never ? Doubles{} + kNever : t_max, &rays.t_max[axis][first]);
-    store(is_never ? Doubles{} + kNever : t_delta, &rays.t_delta[axis][first]);
+    store(is_never ? Doubles{} + kNoCrossing : t_max, &rays.t_max[axis][first]);
+    store(is_never ? Doubles{} + kNoCrossing : t_delta, &rays.t_delta[axis][first]);
   }
   return is_taken;
 }

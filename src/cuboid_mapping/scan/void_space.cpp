@@ -12,16 +12,16 @@ namespace {
 /// A brick and the voxels around it: 10 x 10 x 10, by z and y; bit x + 1 of a row.
 using Rows = std::array<std::array<unsigned, kBrickEdge + 2>, kBrickEdge + 2>;
 
-using Masks = std::unordered_map<Cell, BrickMask, CellHash>;
+using BrickMasks = std::unordered_map<Cell, BrickMask, CellHash>;
 
 /// The eight voxels of a row, which may lie in a neighbouring brick.
-unsigned rowOf(const Masks& masks, const Cell& first) {
+unsigned rowOf(const BrickMasks& masks, const Cell& first) {
   const auto found = masks.find(brickOf(first));
   if (found == masks.end()) return 0;
   return static_cast<unsigned>(found->second[first.z & 7] >> (8 * (first.y & 7)) & 0xFF);
 }
 
-Rows rowsAround(const Masks& masks, const Cell& brick) {
+Rows rowsAround(const BrickMasks& masks, const Cell& brick) {
   Rows rows{};
   for (std::size_t z = 0; z < rows.size(); ++z) {
     for (std::size_t y = 0; y < rows.size(); ++y) {
@@ -36,7 +36,7 @@ Rows rowsAround(const Masks& masks, const Cell& brick) {
 }
 
 /// Voxels of a brick that are in a set with all their neighbours.
-BrickMask findInner(const Masks& masks, const Cell& brick) {
+BrickMask findInner(const BrickMasks& masks, const Cell& brick) {
   const Rows rows = rowsAround(masks, brick);
   BrickMask inner;
   for (std::size_t z = 0; z < kBrickEdge; ++z) {
@@ -53,7 +53,7 @@ BrickMask findInner(const Masks& masks, const Cell& brick) {
 
 void VoidSpace::add(const ScanUpdate& update) {
   ++num_clouds_;
-  Masks passed;
+  BrickMasks passed;
   passed.reserve(update.bricks.size());
   for (const BrickUpdate& brick : update.bricks) {
     const BrickMask mask = (brick.misses | brick.grazes).without(brick.hits);
