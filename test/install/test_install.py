@@ -131,7 +131,8 @@ class InstallSpaceTest(unittest.TestCase):
         build, space = self.root / 'services', self.root / 'services_space'
         output = run(CMAKE, '-S', SOURCE, '-B', build, '-DCUBOID_MAPPING_NODE=OFF', '-DBUILD_SHARED_LIBS=OFF',
                      '-DCUBOID_MAPPING_PYTHON=OFF', *QUICKLY, f'-DCMAKE_INSTALL_PREFIX={space}',
-                     f'-DPYTHON_EXECUTABLE={sys.executable}', *absent)
+                     f'-DPYTHON_EXECUTABLE={sys.executable}', *absent,
+                     env={**os.environ, 'ROS_LANG_DISABLE': 'genlisp:geneus:gennodejs'})  # As scripts/build.
         self.assertIn('cuboid_mapping: libraries core no_return io client', output)
         run(CMAKE, '--build', build, '--', f'-j{os.cpu_count()}')
         run(CMAKE, '--install', build)
