@@ -17,7 +17,7 @@ if(CUBOID_MAPPING_NODE OR NOT CUBOID_MAPPING_ROS)
   find_package(octomap ${needed_by_node})
   find_package(fcl 0.6 QUIET)  # Ubuntu 20.04 has an older one.
   find_package(ompl QUIET)
-  find_package(PCL ${needed_by_node} COMPONENTS common io sample_consensus segmentation)
+  find_package(PCL ${needed_by_node} COMPONENTS common io sample_consensus)
   find_package(Boost ${needed_by_node} COMPONENTS program_options)
   find_package(PNG ${needed_by_node})
 endif()

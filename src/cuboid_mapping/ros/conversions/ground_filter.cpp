@@ -3,14 +3,11 @@
 
 #include <pcl/console/print.h>
 #include <pcl/point_types.h>
-#include <pcl/sample_consensus/method_types.h>
-#include <pcl/sample_consensus/model_types.h>
-#include <pcl/segmentation/sac_segmentation.h>
-#include <boost/make_shared.hpp>
-
-#include <boost/make_shared.hpp>
+#include <pcl/sample_consensus/ransac.h>
+#include <pcl/sample_consensus/sac_model_perpendicular_plane.h>
 
 #include <cmath>
+#include <numeric>
 
 namespace cuboid_mapping_ros {
 namespace {
@@ -46,51 +43,62 @@ class Silence {
 };
 
 /// Searches level planes among the points that are in no plane yet.
+///
+/// Does what pcl::SACSegmentation does, without its library, which takes 0.2 s to load at each
+/// start of a program.
 class PlaneSearch {
  public:
   PlaneSearch(const Cloud& points_base, const GroundFilterConfig& config)
-      : config_(config), input_(new Cloud(points_base)), left_(new std::vector<int>) {
-    segmentation_.setOptimizeCoefficients(true);
-    segmentation_.setModelType(pcl::SACMODEL_PERPENDICULAR_PLANE);
-    segmentation_.setMethodType(pcl::SAC_RANSAC);
-    segmentation_.setMaxIterations(200);
-    segmentation_.setDistanceThreshold(config.distance_m);
-    segmentation_.setAxis(Eigen::Vector3f::UnitZ());
-    segmentation_.setEpsAngle(config.angle_rad);
-    segmentation_.setInputCloud(input_);
-    for (int i = 0; i < static_cast<int>(input_->size()); ++i) left_->push_back(i);
+      : config_(config), input_(new Cloud(points_base)), left_(input_->size()) {
+    std::iota(left_.begin(), left_.end(), 0);
   }
 
   /// Points of the ground's plane; none if there is no such plane.
   std::vector<int> findGround() {
     const Silence silence;
-    while (left_->size() > kMinPointsLeft) {
-      segmentation_.setIndices(left_);
-      pcl::PointIndices inliers;
-      pcl::ModelCoefficients plane;
-      segmentation_.segment(inliers, plane);
-      if (inliers.indices.empty()) break;
-      if (std::abs(plane.values[3]) < config_.plane_distance_m) return inliers.indices;
-      removeFromLeft(inliers.indices);
+    while (left_.size() > kMinPointsLeft) {
+      Eigen::VectorXf plane;
+      const std::vector<int> inliers = findPlane(plane);
+      if (inliers.empty()) break;
+      if (std::abs(plane[3]) < config_.plane_distance_m) return inliers;
+      removeFromLeft(inliers);
     }
     return {};
   }
 
  private:
+  using Model = pcl::SampleConsensusModelPerpendicularPlane<pcl::PointXYZ>;
+
+  /// A level plane of the points that are left. @return Its points; none if there is no such plane.
+  std::vector<int> findPlane(Eigen::VectorXf& plane) const {
+    const Model::Ptr model(new Model(input_, left_));  // the same random numbers every time
+    model->setAxis(Eigen::Vector3f::UnitZ());
+    model->setEpsAngle(config_.angle_rad);
+    pcl::RandomSampleConsensus<pcl::PointXYZ> search(model, config_.distance_m);
+    search.setMaxIterations(200);
+    if (!search.computeModel()) return {};
+    std::vector<int> inliers;
+    search.getInliers(inliers);
+    Eigen::VectorXf coarse_plane;
+    search.getModelCoefficients(coarse_plane);
+    model->optimizeModelCoefficients(inliers, coarse_plane, plane);
+    model->selectWithinDistance(plane, config_.distance_m, inliers);
+    return inliers;
+  }
+
   void removeFromLeft(const std::vector<int>& indices) {
     std::vector<bool> is_removed(input_->size(), false);
     for (const int index : indices) is_removed[static_cast<std::size_t>(index)] = true;
-    const auto rest = boost::make_shared<std::vector<int>>();
-    for (const int index : *left_) {
-      if (!is_removed[static_cast<std::size_t>(index)]) rest->push_back(index);
+    std::vector<int> rest;
+    for (const int index : left_) {
+      if (!is_removed[static_cast<std::size_t>(index)]) rest.push_back(index);
     }
-    left_->swap(*rest);
+    left_.swap(rest);
   }
 
   GroundFilterConfig config_;
   Cloud::Ptr input_;
-  pcl::IndicesPtr left_;
-  pcl::SACSegmentation<pcl::PointXYZ> segmentation_{false};  // the same random numbers every time
+  std::vector<int> left_;
 };
 
 }  // namespace
