@@ -12,7 +12,7 @@ import numpy as np
 import rospy
 import rostest
 from sensor_bags import compress_depth, make_camera, make_cloud, make_depth, make_scan, make_tf, write_bag
-from waiting import wait_for
+from waiting import program, wait_for
 
 from cuboid_mapping.srv import SaveMap
 
@@ -60,7 +60,7 @@ class OtherInputsTest(unittest.TestCase):
 
     def map_bags(self, *arguments, status=0):
         """Runs bag_to_map in the folder. Returns its output."""
-        end = subprocess.run(['rosrun', 'cuboid_mapping', 'bag_to_map', *map(str, arguments)], cwd=self.folder,
+        end = subprocess.run([program('bag_to_map'), *map(str, arguments)], cwd=self.folder,
                              capture_output=True, text=True)
         self.assertEqual(end.returncode, status, end.stderr)
         return end.stderr
@@ -71,7 +71,7 @@ class OtherInputsTest(unittest.TestCase):
         return self.map_bags('input.bag', *options, '--set', f'resolution={RESOLUTION_M}', status=status)
 
     def voxels(self, name='input'):
-        subprocess.run(['rosrun', 'cuboid_mapping', 'map_convert', f'{name}.cuboids', 'map.csv'], cwd=self.folder,
+        subprocess.run([program('map_convert'), f'{name}.cuboids', 'map.csv'], cwd=self.folder,
                        check=True, capture_output=True)
         return read_voxels(self.folder / 'map.csv')
 
@@ -82,7 +82,7 @@ class OtherInputsTest(unittest.TestCase):
         arguments = [f'_{key}:={value}' for key, value in {'resolution': RESOLUTION_M, **parameters}.items()]
         if rospy.has_param('/others'):
             rospy.delete_param('/others')  # From the previous node.
-        node = subprocess.Popen(['rosrun', 'cuboid_mapping', 'cuboid_mapping_node', '__name:=others',
+        node = subprocess.Popen([program('cuboid_mapping_node'), '__name:=others',
                                  f'cloud_in:={topic}', *arguments])
         try:
             rospy.wait_for_service('/others/save_map', 60.0)
