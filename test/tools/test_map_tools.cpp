@@ -27,7 +27,7 @@ MapSnapshot makeSnapshot() {
   return snapshot;
 }
 
-bool says(const std::string& text, const std::string& part) {
+bool mentions(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
@@ -36,7 +36,7 @@ TEST(MapTools, explainThemselves) {
                               MAP_COMPARE_PROGRAM, MAP_MERGE_PROGRAM, MAP_RENDER_PROGRAM}) {
     const ProgramEnd help = runProgram({program, "--help"});
     EXPECT_EQ(help.status, 0) << program;
-    EXPECT_TRUE(says(help.out, "Usage")) << help.out;
+    EXPECT_TRUE(mentions(help.out, "Usage")) << help.out;
     EXPECT_EQ(runProgram({program}).status, 1) << program;
     const ProgramEnd wrong = runProgram({program, "/no/map", "/no/other.ot", "-o", "x.cuboids"});
     EXPECT_EQ(wrong.status, 1) << program;
@@ -54,11 +54,11 @@ TEST(MapTools, convertAndCompare) {
     EXPECT_EQ(runProgram({MAP_CONVERT_PROGRAM, first, second}).status, 0);
     const ProgramEnd end = runProgram({MAP_COMPARE_PROGRAM, first, second});
     EXPECT_EQ(end.status, 0) << end.out << end.err;
-    EXPECT_TRUE(says(end.out, "the maps agree")) << end.out;
+    EXPECT_TRUE(mentions(end.out, "the maps agree")) << end.out;
   }
   EXPECT_EQ(runProgram({MAP_CONVERT_PROGRAM, first, folder / "map.txt"}).status, 1);
   EXPECT_TRUE(
-      says(runProgram({MAP_CONVERT_PROGRAM, folder / "map.txt", first}).err, "No such file"));
+      mentions(runProgram({MAP_CONVERT_PROGRAM, folder / "map.txt", first}).err, "No such file"));
 }
 
 TEST(MapTools, sayWhatTheyHaveWritten) {
@@ -89,13 +89,13 @@ TEST(MapTools, readAStoreAsAMap) {
     return out.substr(std::min(out.size(), out.find("resolution:")));
   };
   EXPECT_EQ(content(store), content(file));
-  EXPECT_TRUE(says(runProgram({MAP_INFO_PROGRAM, store}).out, "pages:        "));
+  EXPECT_TRUE(mentions(runProgram({MAP_INFO_PROGRAM, store}).out, "pages:        "));
   EXPECT_EQ(runProgram({MAP_RENDER_PROGRAM, store, folder / "map.png"}).status, 0);
   // Copies it to another store, page by page, and a part of it to every format alike.
   const std::string copy = folder / "copy.sqlite";
   EXPECT_EQ(runProgram({MAP_CONVERT_PROGRAM, store, copy, "--frame", "mars"}).status, 0);
   EXPECT_EQ(readMapFile(copy).snapshot.frame_id, "mars");
-  EXPECT_TRUE(says(runProgram({MAP_COMPARE_PROGRAM, copy, file}).out, "the maps agree"));
+  EXPECT_TRUE(mentions(runProgram({MAP_COMPARE_PROGRAM, copy, file}).out, "the maps agree"));
   std::map<Cell, float> part = test::voxelsOf(snapshot.bricks);
   for (auto voxel = part.begin(); voxel != part.end();) {
     voxel = CellBox{{-10, -5, 0}, {5, 5, 10}}.contains(voxel->first) ? std::next(voxel)
@@ -111,7 +111,7 @@ TEST(MapTools, readAStoreAsAMap) {
     }
   }
   const ProgramEnd one = runProgram({MAP_CONVERT_PROGRAM, store, copy, "--min", "1", "1", "1"});
-  EXPECT_TRUE(says(one.err, "both --min and --max")) << one.err;
+  EXPECT_TRUE(mentions(one.err, "both --min and --max")) << one.err;
 }
 
 TEST(MapTools, tellHowMapsDiffer) {
@@ -128,13 +128,13 @@ TEST(MapTools, tellHowMapsDiffer) {
   ProgramEnd end = runProgram({MAP_COMPARE_PROGRAM, folder / "a.cuboids", folder / "b.cuboids"});
   EXPECT_EQ(end.status, 2) << end.out;
   const int num_missing = snapshot.bricks[0].voxels.known().count();
-  EXPECT_TRUE(says(end.out, "only in the first: " + std::to_string(num_missing))) << end.out;
-  EXPECT_TRUE(says(end.out, "different class:   " + std::to_string(num_changed))) << end.out;
+  EXPECT_TRUE(mentions(end.out, "only in the first: " + std::to_string(num_missing))) << end.out;
+  EXPECT_TRUE(mentions(end.out, "different class:   " + std::to_string(num_changed))) << end.out;
   other.resolution_m = 0.2;
   writeMapFile(folder / "b.cuboids", other);
   end = runProgram({MAP_COMPARE_PROGRAM, folder / "a.cuboids", folder / "b.cuboids"});
   EXPECT_EQ(end.status, 1);
-  EXPECT_TRUE(says(end.err, "different resolutions")) << end.err;
+  EXPECT_TRUE(mentions(end.err, "different resolutions")) << end.err;
 }
 
 TEST(MapTools, takeTheSensorModelByTheNamesOfTheNode) {
@@ -145,7 +145,7 @@ TEST(MapTools, takeTheSensorModelByTheNamesOfTheNode) {
                 .status,
             0);
   const ProgramEnd end = runProgram({MAP_INFO_PROGRAM, folder / "map.cuboids"});
-  EXPECT_TRUE(says(end.out, "min 0.2, max 0.9")) << end.out;
+  EXPECT_TRUE(mentions(end.out, "min 0.2, max 0.9")) << end.out;
 }
 
 TEST(MapTools, sayWhatIsInAMap) {
@@ -158,9 +158,9 @@ TEST(MapTools, sayWhatIsInAMap) {
   writeMapFile(folder / "map.cuboids", snapshot);
   const ProgramEnd end = runProgram({MAP_INFO_PROGRAM, folder / "map.cuboids"});
   EXPECT_EQ(end.status, 0);
-  EXPECT_TRUE(says(end.out, "native") && says(end.out, "odom")) << end.out;
-  EXPECT_TRUE(says(end.out, "1 cuboid, 8 voxels, 1 m^3")) << end.out;
-  EXPECT_TRUE(says(end.out, "1 cuboid, 2 voxels, 0.25 m^3")) << end.out;
+  EXPECT_TRUE(mentions(end.out, "native") && mentions(end.out, "odom")) << end.out;
+  EXPECT_TRUE(mentions(end.out, "1 cuboid, 8 voxels, 1 m^3")) << end.out;
+  EXPECT_TRUE(mentions(end.out, "1 cuboid, 2 voxels, 0.25 m^3")) << end.out;
 }
 
 /// Red, green and blue of a pixel of a PNG.
@@ -293,7 +293,7 @@ TEST(MapTools, refuseWhatIsNoPictureAndNoNumber) {
   writeMapFile(map, makeSnapshot());
   const ProgramEnd jpg = runProgram({MAP_RENDER_PROGRAM, map, folder / "map.jpg"});
   EXPECT_EQ(jpg.status, 1);
-  EXPECT_TRUE(says(jpg.err, "its name must end in .png or .ppm")) << jpg.err;
+  EXPECT_TRUE(mentions(jpg.err, "its name must end in .png or .ppm")) << jpg.err;
   for (const std::vector<std::string>& wrong :
        std::vector<std::vector<std::string>>{{"--eye", "nan", "0", "0", "--look-at", "1", "0", "0"},
                                              {"--eye", "0", "0", "0", "--look-at", "inf", "0", "0"},
@@ -319,8 +319,8 @@ void expectErrorsOfWriting(
                                 const std::function<void()>& prepare) {
     const ProgramEnd end = run(output, prepare);
     EXPECT_EQ(end.status, 1) << output;
-    EXPECT_TRUE(says(end.err, "cannot write " + output)) << end.err;
-    EXPECT_TRUE(says(end.err, reason)) << end.err;
+    EXPECT_TRUE(mentions(end.err, "cannot write " + output)) << end.err;
+    EXPECT_TRUE(mentions(end.err, reason)) << end.err;
   };
   std::ofstream(file) << "old";
   expect_error(file, "", [] { test::limitFileSize(300); });
@@ -380,7 +380,7 @@ TEST_F(BagToMap, givesTheSameBytesEveryTime) {
   EXPECT_GT(readText(first).size(), 1000U);
   EXPECT_EQ(readText(first), readText(second)) << "whatever threads";
   const MapSnapshot map = readMapFile(first).snapshot;
-  EXPECT_TRUE(says(end.out, " voxels, ")) << end.out;
+  EXPECT_TRUE(mentions(end.out, " voxels, ")) << end.out;
   EXPECT_EQ(map.resolution_m, 0.2);
   EXPECT_EQ(map.frame_id, "map");
 }
@@ -421,34 +421,34 @@ TEST_F(BagToMap, makesAStoreThatIsTheMapWithoutAWindow) {
   ASSERT_EQ(convert(plain, near).status, 0);
   const ProgramEnd end = convert(store, keep);
   ASSERT_EQ(end.status, 0) << end.err;
-  EXPECT_TRUE(says(end.out, " pages, ")) << end.out;
+  EXPECT_TRUE(mentions(end.out, " pages, ")) << end.out;
   EXPECT_FALSE(std::filesystem::exists("is_not_used"));
   EXPECT_FALSE(std::filesystem::exists(store + ".partial"));
   EXPECT_EQ(test::voxelsOf(readMapFile(store).snapshot.bricks),
             test::voxelsOf(readMapFile(plain).snapshot.bricks));
-  EXPECT_TRUE(says(convert(*folder / "a.cuboids", keep).err, "must end in .sqlite"));
+  EXPECT_TRUE(mentions(convert(*folder / "a.cuboids", keep).err, "must end in .sqlite"));
   keep.insert(keep.end(), {"--set", "window/outside=forget"});
   ASSERT_EQ(convert(*folder / "forgot.cuboids", keep).status, 0);
   EXPECT_LT(readMapFile(*folder / "forgot.cuboids").snapshot.bricks.size(),
             readMapFile(plain).snapshot.bricks.size());
   keep.insert(keep.end(), {"--set", "window/outside=keep", "--set", "forget_after=10.0"});
-  EXPECT_TRUE(says(convert(store, keep).err, "forget_after: does not go with")) << "together";
+  EXPECT_TRUE(mentions(convert(store, keep).err, "forget_after: does not go with")) << "together";
 }
 
 TEST_F(BagToMap, checksWhereItWritesBeforeItWorks) {
   const ProgramEnd end =
       runProgram({BAG_TO_MAP_PROGRAM, *folder / "no.bag", "-o", *folder / "no/folder/map.cuboids"});
   EXPECT_EQ(end.status, 1);
-  EXPECT_TRUE(says(end.err, "cannot write")) << "before it reads the bag: " << end.err;
-  EXPECT_FALSE(says(end.err, "no.bag")) << end.err;
+  EXPECT_TRUE(mentions(end.err, "cannot write")) << "before it reads the bag: " << end.err;
+  EXPECT_FALSE(mentions(end.err, "no.bag")) << end.err;
 }
 
 TEST_F(BagToMap, saysWhichCloudsItLeftOut) {
   const ProgramEnd end = convert(*folder / "none.cuboids", {"--set", "frame_id=mars"});
   EXPECT_EQ(end.status, 1);
-  EXPECT_TRUE(says(end.err, "clouds dropped, no transform: ")) << end.err;
-  EXPECT_TRUE(says(end.err, "mars")) << end.err;
-  EXPECT_TRUE(says(end.err, "could be used: nothing was written")) << end.err;
+  EXPECT_TRUE(mentions(end.err, "clouds dropped, no transform: ")) << end.err;
+  EXPECT_TRUE(mentions(end.err, "mars")) << end.err;
+  EXPECT_TRUE(mentions(end.err, "could be used: nothing was written")) << end.err;
 }
 
 TEST_F(BagToMap, saysWhatWouldKeepUp) {
@@ -461,7 +461,7 @@ TEST_F(BagToMap, saysWhatWouldKeepUp) {
   const ProgramEnd end = runProgram({BAG_TO_MAP_PROGRAM, bag, "-o", *folder / "fast.cuboids",
                                      "--set", "resolution=0.02", "--set", "threads=1"});
   ASSERT_EQ(end.status, 0) << end.err;
-  EXPECT_TRUE(says(end.err, "per cloud at 100 Hz: try resolution 0.")) << end.err;
+  EXPECT_TRUE(mentions(end.err, "per cloud at 100 Hz: try resolution 0.")) << end.err;
 }
 
 TEST_F(BagToMap, saysWhyItCannotWrite) {
