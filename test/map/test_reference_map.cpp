@@ -58,17 +58,25 @@ struct ReferenceMap {
   }
 };
 
-/// The voxels of a map, one by one.
-std::map<Cell, float> valuesOf(const CuboidMap& map) {
-  std::map<Cell, float> voxels;
+/// Whether a map has these voxels and no others.
+testing::AssertionResult hasValues(const CuboidMap& map, const std::map<Cell, float>& voxels) {
+  testing::AssertionResult result = testing::AssertionSuccess();
+  std::size_t num_voxels = 0;
   map.voxels().forEach([&](const VoxelBrick& brick) {
     VoxelValues values;
     brick.voxels.getValues(values);
     forEachCell(brick.brick, brick.voxels.known(), [&](const Cell& cell) {
-      voxels[cell] = values[static_cast<std::size_t>(voxelIndex(cell))];
+      const float value = values[static_cast<std::size_t>(voxelIndex(cell))];
+      const auto expected = voxels.find(cell);
+      ++num_voxels;
+      if (expected != voxels.end() && expected->second == value) return;
+      result = testing::AssertionFailure() << cell << " has " << value;
     });
   });
-  return voxels;
+  if (result && num_voxels != voxels.size()) {
+    return testing::AssertionFailure() << num_voxels << " voxels instead of " << voxels.size();
+  }
+  return result;
 }
 
 SensorModelConfig randomModel(Random& random) {
@@ -134,7 +142,7 @@ class Stream {
   }
 
   [[nodiscard]] std::size_t numVoxels() const { return reference_.voxels.size(); }
-  [[nodiscard]] std::size_t numCuboids() const { return copy_.cuboids().size(); }
+  [[nodiscard]] std::size_t numCuboids() const { return copy_.size(); }
 
  private:
   void note(const ChangeSet& changes) {
@@ -272,7 +280,7 @@ class Stream {
   }
 
   void check(int kind) {
-    ASSERT_EQ(valuesOf(map_), reference_.voxels) << "step of kind " << kind;
+    ASSERT_TRUE(hasValues(map_, reference_.voxels)) << "step of kind " << kind;
     ASSERT_EQ(checkMap(map_), std::vector<std::string>{}) << "step of kind " << kind;
     ASSERT_EQ(copy_.cuboids(), test::allCuboids(map_)) << "step of kind " << kind;
     if (random_.chance(0.5)) checkFollower();
@@ -289,7 +297,7 @@ class Stream {
     }
     changes_ = {};
     told_ = map_.revision();
-    ASSERT_EQ(valuesOf(*follower_.map()), reference_.voxels);
+    ASSERT_TRUE(hasValues(*follower_.map(), reference_.voxels));
     ASSERT_EQ(checkMap(*follower_.map()), std::vector<std::string>{});
   }
 

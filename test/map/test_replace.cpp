@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -40,10 +41,11 @@ testing::AssertionResult hasRightBookkeeping(const CuboidMap& map, const test::V
   double num_free = 0.0;
   double num_occupied = 0.0;
   test::visitCells(area, [&](const Cell& cell) {
-    const Occupancy occupancy = voxels.occupancyAt(cell);
+    const std::optional<float> log_odds = voxels.find(cell);
+    const Occupancy occupancy = log_odds ? classify(*log_odds) : Occupancy::kUnknown;
     num_free += occupancy == Occupancy::kFree ? 1.0 : 0.0;
     num_occupied += occupancy == Occupancy::kOccupied ? 1.0 : 0.0;
-    if (map.voxels().at(cell) != occupancy || map.voxels().logOddsAt(cell) != voxels.find(cell)) {
+    if (map.voxels().at(cell) != occupancy || map.voxels().logOddsAt(cell) != log_odds) {
       result = testing::AssertionFailure() << "value of " << cell;
     }
   });
@@ -86,7 +88,10 @@ TEST_P(Replace, isVoxelByVoxelTheReferenceAndToldByItsChangeSets) {
       const bool is_everything = random.chance(0.03);
       const CellBox box = is_everything ? kAllCells : test::randomBoxInside(random, area);
       const std::vector<UniformBox> boxes = randomBoxes(random, intersect(box, area));
-      for (const Cuboid& old : test::cuboidsIn(map, box)) num_cut += box.contains(old.box) ? 0 : 1;
+      visitBox(map, box, CuboidFilter::kAll, [&](const Cuboid& old) {
+        num_cut += box.contains(old.box) ? 0 : 1;
+        return Visit::kContinue;
+      });
       voxels.replace(box, boxes);
       const ChangeSet changes = map.replace(box, boxes);
       copy.follow(map, changes);

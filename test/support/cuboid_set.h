@@ -29,7 +29,11 @@ inline bool isBefore(const Cuboid& a, const Cuboid& b) {
 }
 
 inline std::vector<Cuboid> sorted(std::vector<Cuboid> cuboids) {
-  std::sort(cuboids.begin(), cuboids.end(), isBefore);
+  // As a lambda it is inlined; what is sorted already is common and takes one pass.
+  const auto before = [](const Cuboid& a, const Cuboid& b) { return isBefore(a, b); };
+  if (!std::is_sorted(cuboids.begin(), cuboids.end(), before)) {
+    std::sort(cuboids.begin(), cuboids.end(), before);
+  }
   return cuboids;
 }
 

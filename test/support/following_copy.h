@@ -27,16 +27,18 @@ class FollowingCopy {
     };
     cuboids_.erase(std::remove_if(cuboids_.begin(), cuboids_.end(), lies_in_a_brick),
                    cuboids_.end());
-    for (const Cuboid& cuboid : allCuboids(map)) {
+    visitAll(map, CuboidFilter::kAll, [&](const Cuboid& cuboid) {
       if (lies_in_a_brick(cuboid)) cuboids_.push_back(cuboid);
-    }
-    cuboids_ = sorted(std::move(cuboids_));
+      return Visit::kContinue;
+    });
   }
 
-  [[nodiscard]] const std::vector<Cuboid>& cuboids() const { return cuboids_; }
+  [[nodiscard]] std::size_t size() const { return cuboids_.size(); }
+  /// Sorted.
+  [[nodiscard]] std::vector<Cuboid> cuboids() const { return sorted(cuboids_); }
 
  private:
-  std::vector<Cuboid> cuboids_;
+  std::vector<Cuboid> cuboids_;  ///< In any order.
 };
 
 }  // namespace cuboid_mapping::test

@@ -5,9 +5,12 @@
 #include "cuboid_mapping/map/map_snapshot.h"
 #include "support/modelled_map.h"
 
+#include <algorithm>
 #include <map>
 #include <string>
 #include <tuple>
+#include <utility>
+#include <vector>
 
 namespace cuboid_mapping::test {
 
@@ -30,13 +33,20 @@ inline bool isSameModel(const SensorModelConfig& a, const SensorModelConfig& b) 
 
 /// The voxels of bricks.
 inline std::map<Cell, float> voxelsOf(const std::vector<VoxelBrick>& bricks) {
-  std::map<Cell, float> voxels;
+  std::vector<std::pair<Cell, float>> sorted;
   for (const VoxelBrick& brick : bricks) {
     brick.voxels.forEachValue([&](float log_odds, const BrickMask& of_value) {
-      forEachCell(brick.brick, of_value, [&](const Cell& cell) {
-        EXPECT_TRUE(voxels.emplace(cell, log_odds).second) << cell << " is there twice";
-      });
+      forEachCell(brick.brick, of_value,
+                  [&](const Cell& cell) { sorted.emplace_back(cell, log_odds); });
     });
+  }
+  // A map takes what comes in its order much faster.
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::map<Cell, float> voxels;
+  for (const auto& [cell, log_odds] : sorted) {
+    EXPECT_TRUE(voxels.empty() || voxels.rbegin()->first < cell) << cell << " is there twice";
+    voxels.emplace_hint(voxels.end(), cell, log_odds);
   }
   return voxels;
 }

@@ -57,7 +57,9 @@ void visitCells(const CellBox& box, VisitorT visit) {
 /// Model of a CuboidMap, voxel by voxel, without cuboids.
 class VoxelMap {
  public:
-  explicit VoxelMap(const SensorModel& sensor_model) : model_(sensor_model) {}
+  explicit VoxelMap(const SensorModel& sensor_model) : model_(sensor_model) {
+    log_odds_.max_load_factor(0.25F);
+  }
 
   /// @return Number of changed voxels.
   std::size_t apply(const ScanUpdate& update) {
