@@ -84,6 +84,8 @@ std::optional<int> parseOptions(int argc, char** argv, EvaluationOptions& option
   line.addNumber("drives", options.num_drives, "simulated drives with moving objects", {1, 1000});
   line.addNumber("clouds", options.max_clouds, "only the first N clouds", {1});
   line.addNumber("every", options.every, "only the first of N clouds", {1, 1000000});
+  line.addNumber("query-time", options.query_time_s,
+                 "least CPU time for the visits of a run that are timed [s]", {0.001, 60.0});
   const auto status = line.parse(argc, argv);
   options.runs = runs == "speed"    ? RunChoice::kSpeed
                  : runs == "letter" ? RunChoice::kLetter
@@ -99,7 +101,7 @@ std::string titleOf(const std::string& dataset) {
 
 /// Does the runs of a group that are not there yet.
 void runGroup(const RunGroup& group, const std::vector<Scan>& scans, const RunFiles& files,
-              const std::function<void()>& on_done) {
+              double min_query_s, const std::function<void()>& on_done) {
   std::optional<octomap::OcTree> octomap;
   std::vector<Scan> rotated;
   for (const RunSpec& spec : group.specs) {
@@ -108,14 +110,14 @@ void runGroup(const RunGroup& group, const std::vector<Scan>& scans, const RunFi
       if (!octomap) {
         rotated = rotate(scans, group.rotation_deg);
         octomap.emplace(makeOctomap(spec.map));
-        const json run = runOctomap(group.specs.front(), rotated, *octomap);
+        const json run = runOctomap(group.specs.front(), rotated, min_query_s, *octomap);
         const std::string octomap_name = nameOf(group.specs.front());
         if (!files.has(octomap_name)) files.write(octomap_name, run);
       }
       if (spec.reading) {
-        files.write(name, runPaperGrid(spec, rotated));
+        files.write(name, runPaperGrid(spec, rotated, min_query_s));
       } else if (!spec.is_octomap) {
-        files.write(name, runCuboidMap(spec, rotated, *octomap));
+        files.write(name, runCuboidMap(spec, rotated, min_query_s, *octomap));
       }
     }
     on_done();
@@ -182,7 +184,7 @@ void evaluate(const std::string& dataset, const EvaluationOptions& options) {
   ProgressBar progress("runs of " + titleOf(dataset), num_runs);
   std::size_t num_done = 0;
   for (const RunGroup& group : plan) {
-    runGroup(group, scans, files, [&] { progress.update(++num_done); });
+    runGroup(group, scans, files, options.query_time_s, [&] { progress.update(++num_done); });
   }
 }
 

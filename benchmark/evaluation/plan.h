@@ -2,6 +2,7 @@
 #pragma once
 
 #include "run.h"
+#include "timing.h"
 
 #include <limits>
 #include <string>
@@ -28,7 +29,8 @@ struct EvaluationOptions {
   int num_drives = 3;  ///< Simulated, of the moving objects.
   RunChoice runs = RunChoice::kAll;
   std::size_t max_clouds = std::numeric_limits<std::size_t>::max();
-  int every = 1;  ///< Only the first of so many clouds.
+  int every = 1;                          ///< Only the first of so many clouds.
+  double query_time_s = kTimedQueries_s;  ///< CPU time of the timed visits of a run, at least.
 };
 
 /// Runs that share the clouds and the resolution, OctoMap's first.

@@ -141,7 +141,7 @@ double meanNodesOfPointQuery(const TreeT& tree) {
 
 /// What can be said of the R-tree when all clouds are in.
 template <typename TreeT>
-void addTree(const TreeT& tree, const TreeSize& size, json& run) {
+void addTree(const TreeT& tree, const TreeSize& size, double min_query_s, json& run) {
   SizeHistogram sizes;
   std::size_t num_cells = 0;
   std::size_t num_occupied = 0;
@@ -160,7 +160,8 @@ void addTree(const TreeT& tree, const TreeSize& size, json& run) {
   run["hierarchy_nodes"] = size.leaf_nodes + size.inner_nodes;
   run["height"] = size.height;
   run["nodes_of_point_query"] = meanNodesOfPointQuery(tree);
-  run["access_occupied_ms"] = 1e3 * cpuTimeOfOne_s([&] { return visitOccupied(tree); });
+  run["access_occupied_ms"] =
+      1e3 * cpuTimeOfOne_s([&] { return visitOccupied(tree); }, min_query_s);
   run["size_histogram"] = sizes.counts();
 }
 
@@ -213,7 +214,8 @@ std::vector<Scan> rotate(const std::vector<Scan>& scans, double angle_deg) {
   return rotated;
 }
 
-json runOctomap(const RunSpec& spec, const std::vector<Scan>& scans, octomap::OcTree& tree) {
+json runOctomap(const RunSpec& spec, const std::vector<Scan>& scans, double min_query_s,
+                octomap::OcTree& tree) {
   json run = describe(spec, scans);
   double cpu_s = 0.0;
   json cells_over_time = json::array();
@@ -241,7 +243,8 @@ json runOctomap(const RunSpec& spec, const std::vector<Scan>& scans, octomap::Oc
   run["hierarchy_nodes"] = tree.size() - num_cells;
   run["voxels"] = num_voxels;
   run["full_grid_cells"] = fullGridCells(tree);
-  run["access_occupied_ms"] = 1e3 * cpuTimeOfOne_s([&] { return visitOccupied(tree); });
+  run["access_occupied_ms"] =
+      1e3 * cpuTimeOfOne_s([&] { return visitOccupied(tree); }, min_query_s);
   run["size_histogram"] = sizes.counts();
   // Without compression every voxel is a leaf. The copy goes at once: it is large.
   octomap::OcTree uncompressed(tree);
@@ -251,7 +254,7 @@ json runOctomap(const RunSpec& spec, const std::vector<Scan>& scans, octomap::Oc
   return run;
 }
 
-json runCuboidMap(const RunSpec& spec, const std::vector<Scan>& scans,
+json runCuboidMap(const RunSpec& spec, const std::vector<Scan>& scans, double min_query_s,
                   const octomap::OcTree& octomap) {
   json run = describe(spec, scans);
   const MapConfig& config = spec.map;
@@ -266,7 +269,7 @@ json runCuboidMap(const RunSpec& spec, const std::vector<Scan>& scans,
   }
   addInsertion(cpu_s, run);
   run["cells_over_time"] = std::move(cells_over_time);
-  addTree(map, measureTree(map), run);
+  addTree(map, measureTree(map), min_query_s, run);
   run["bytes"] = map.numBytes();
   if (config.environment == Environment::kDynamic) {
     const Agreement agreement = compareWithOctomap(map, octomap);
@@ -277,7 +280,7 @@ json runCuboidMap(const RunSpec& spec, const std::vector<Scan>& scans,
   return run;
 }
 
-json runPaperGrid(const RunSpec& spec, const std::vector<Scan>& scans) {
+json runPaperGrid(const RunSpec& spec, const std::vector<Scan>& scans, double min_query_s) {
   json run = describe(spec, scans);
   const MapConfig& config = spec.map;
   const Grid grid(config.resolution_m);
@@ -297,7 +300,7 @@ json runPaperGrid(const RunSpec& spec, const std::vector<Scan>& scans) {
   }
   addInsertion(cpu_s, run);
   run["cells_over_time"] = std::move(cells_over_time);
-  addTree(paper.tree(), sizeOf(paper.tree()), run);
+  addTree(paper.tree(), sizeOf(paper.tree()), min_query_s, run);
   return run;
 }
 

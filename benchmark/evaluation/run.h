@@ -33,16 +33,18 @@ struct RunSpec {
 [[nodiscard]] std::vector<Scan> rotate(const std::vector<Scan>& scans, double angle_deg);
 
 /// OctoMap with all clouds, and its figures.
+/// @param min_query_s  As of cpuTimeOfOne_s(); of the following functions, too.
 [[nodiscard]] nlohmann::json runOctomap(const RunSpec& spec, const std::vector<Scan>& scans,
-                                        octomap::OcTree& tree);
+                                        double min_query_s, octomap::OcTree& tree);
 
 /// The map with all clouds, fused after every one of them, and its figures.
 /// @param octomap  With the same clouds: in a dynamic environment and with a lossless fusion the
 ///                 figures say how far both agree.
 [[nodiscard]] nlohmann::json runCuboidMap(const RunSpec& spec, const std::vector<Scan>& scans,
-                                          const octomap::OcTree& octomap);
+                                          double min_query_s, const octomap::OcTree& octomap);
 
 /// The paper's grid with all clouds, and its figures. @pre spec.reading.
-[[nodiscard]] nlohmann::json runPaperGrid(const RunSpec& spec, const std::vector<Scan>& scans);
+[[nodiscard]] nlohmann::json runPaperGrid(const RunSpec& spec, const std::vector<Scan>& scans,
+                                          double min_query_s);
 
 }  // namespace cuboid_mapping::bench

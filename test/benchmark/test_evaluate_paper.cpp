@@ -40,7 +40,7 @@ class EvaluatePaper : public testing::Test {
 
   ProgramEnd run(const std::string& dataset) const {
     return runProgram({EVALUATE_PAPER_PROGRAM, dataset, "--out", out_, "--resolutions", "0.2,0.5",
-                       "--branching", "4,32", "--drives", "1"});
+                       "--branching", "4,32", "--drives", "1", "--query-time", "0.01"});
   }
 
   TemporaryFolder folder_;
@@ -115,7 +115,7 @@ TEST_F(EvaluatePaper, AblationsTimeEachPartAndAgree) {
 TEST_F(EvaluatePaper, SpeedOnlyRunsWhatRatiosRestOnAndMarksCurvesOfOnePoint) {
   const ProgramEnd end =
       runProgram({EVALUATE_PAPER_PROGRAM, dataset_, "--out", out_, "--resolutions", "0.2",
-                  "--branching", "32", "--runs", "speed"});
+                  "--branching", "32", "--runs", "speed", "--query-time", "0.01"});
   ASSERT_EQ(end.status, 0) << end.err;
   std::set<std::string> names;
   for (const auto& entry : std::filesystem::directory_iterator(out_ + "/room/runs")) {
@@ -128,9 +128,9 @@ TEST_F(EvaluatePaper, SpeedOnlyRunsWhatRatiosRestOnAndMarksCurvesOfOnePoint) {
 }
 
 TEST_F(EvaluatePaper, LetterRunsSweepBranchesResolutionsAndStarters) {
-  const ProgramEnd end =
-      runProgram({EVALUATE_PAPER_PROGRAM, dataset_, "--out", out_, "--resolutions", "0.2,0.4",
-                  "--branching", "4,32", "--samples", "0,0.1,5", "--runs", "letter"});
+  const ProgramEnd end = runProgram({EVALUATE_PAPER_PROGRAM, dataset_, "--out", out_,
+                                     "--resolutions", "0.2,0.4", "--branching", "4,32", "--samples",
+                                     "0,0.1,5", "--runs", "letter", "--query-time", "0.01"});
   ASSERT_EQ(end.status, 0) << end.err;
   std::map<std::string, std::size_t> cells;
   for (const auto& entry : std::filesystem::directory_iterator(out_ + "/room/runs")) {
