@@ -58,7 +58,7 @@ class PlaneSearch {
     const Silence silence;
     while (left_.size() > kMinPointsLeft) {
       Eigen::VectorXf plane;
-      const std::vector<int> inliers = findPlane(plane);
+      std::vector<int> inliers = findPlane(plane);
       if (inliers.empty()) break;
       if (std::abs(plane[3]) < config_.plane_distance_m) return inliers;
       removeFromLeft(inliers);
