@@ -59,8 +59,10 @@ def local_names(text):
 
 
 def group_of(source):
-    """Sources of a group have one .clang-tidy."""
-    return 'test' if source.parts[0] == 'test' else 'src'
+    """Sources of a group have one .clang-tidy. Those with headers of rviz stay among themselves: its Node is not ours."""
+    if source.parts[0] == 'test':
+        return 'test'
+    return 'src-rviz' if source.parts[1] in ('rviz_display', 'display') else 'src'
 
 
 def make_batches(sources):
