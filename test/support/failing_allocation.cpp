@@ -18,9 +18,13 @@ void* allocate(std::size_t size) {
 
 }  // namespace
 
+namespace cuboid_mapping::test {
+
 FailingAllocation::FailingAllocation(long number) { allocations_left = number; }
 FailingAllocation::~FailingAllocation() { allocations_left = -1; }
 bool FailingAllocation::hasFailed() { return allocations_left < 0; }
+
+}  // namespace cuboid_mapping::test
 
 void* operator new(std::size_t size) { return allocate(size); }
 void* operator new[](std::size_t size) { return allocate(size); }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+namespace cuboid_mapping::test {
+
 /// While it lives, the allocation of this thread after this number of others fails, once.
 class FailingAllocation {
  public:
@@ -10,3 +12,5 @@ class FailingAllocation {
   FailingAllocation& operator=(const FailingAllocation&) = delete;
   [[nodiscard]] static bool hasFailed();
 };
+
+}  // namespace cuboid_mapping::test

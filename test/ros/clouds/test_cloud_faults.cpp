@@ -12,6 +12,8 @@
 namespace cuboid_mapping_ros {
 namespace {
 
+using cuboid_mapping::test::FailingAllocation;
+
 SensorMessage makeCloud(const std::string& frame_id) {
   const auto cloud = boost::make_shared<sensor_msgs::PointCloud2>();
   cloud->header.frame_id = frame_id;
