@@ -9,6 +9,7 @@ import pathlib
 import shutil
 import signal
 import subprocess
+import sys
 import tempfile
 import threading
 import time
@@ -23,6 +24,9 @@ from geometry_msgs.msg import Point
 
 GOLDEN = pathlib.Path(__file__).resolve().parent / 'golden'
 PACKAGE = GOLDEN.parent.parent.parent
+sys.path.insert(0, str(PACKAGE / 'test/ros'))
+from waiting import program  # noqa: E402
+
 PATIENCE_S = 120.0
 # Mean difference of a pixel; software renderers differ in some pixels along edges.
 TOLERANCE = 4.0
@@ -30,11 +34,6 @@ TOLERANCE = 4.0
 
 def run(*command):
     return subprocess.run(command, check=True, capture_output=True, timeout=PATIENCE_S).stdout
-
-
-def program(name):
-    found = run('catkin_find', '--first-only', '--libexec', 'cuboid_mapping', name)
-    return found.decode().strip()
 
 
 def start(*command, **environment):
