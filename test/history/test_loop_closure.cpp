@@ -70,9 +70,9 @@ LoopDrive drive() {
         Eigen::Translation3d(0.1, 0.0, 1.0);
     const Eigen::Isometry3d step =
         i == 0 ? T_map_lidar : drive.truth.back().inverse() * T_map_lidar;
-    const Eigen::Isometry3d slip =
-        makeStep({random.real(-0.01, 0.02), random.real(-0.01, 0.01), random.real(-0.002, 0.004)},
-                 random.real(-0.001, 0.003));
+    const double slip_yaw = random.real(-0.001, 0.003);
+    const Eigen::Isometry3d slip = makeStep(
+        {random.real(-0.01, 0.02), random.real(-0.01, 0.01), random.real(-0.002, 0.004)}, slip_yaw);
     odometry = i == 0 ? T_map_lidar : odometry * step * slip;
     drive.truth.push_back(T_map_lidar);
     KeptCloud& cloud = drive.clouds.emplace_back();
