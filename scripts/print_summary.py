@@ -14,7 +14,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 
 START_TIMEOUT_S = 60.0  # For the master, and for the first cloud.
 QUIET_S = 6.0  # A bag has come to its end when nothing happens to its clouds for so long.
-STUCK_S = 30.0  # The same, while clouds or bricks still wait.
+STUCK_S = 30.0  # The same, while clouds still wait.
 DRAW_PER_S = 20000  # Cuboids that rviz draws without a graphics card.
 PROGRESS_S = 5.0  # Between two lines of progress.
 
@@ -54,10 +54,9 @@ class MapWatcher:
             self.message = status.message
 
     def is_over(self):
-        """Whether a bag has come to its end, and its clouds are in the map and in its cuboids."""
+        """Whether a bag has come to its end, and its clouds are in the map."""
         quiet_s = time.monotonic() - self.last_event_s
-        is_done = self.number('clouds waiting') + self.number('bricks waiting to be fused') == 0
-        return quiet_s > (QUIET_S if is_done else STUCK_S)
+        return quiet_s > (QUIET_S if self.number('clouds waiting') == 0 else STUCK_S)
 
     def number(self, key):
         return float(self.figures[key])
@@ -129,8 +128,8 @@ def main():
     if not wait_for_map(watcher, arguments.seconds, arguments.until_end_of_bag):
         return 1
     print_summary(watcher)
-    # Markers are sent when all is fused, and then take rviz some time.
-    time.sleep(min(60.0, 5.0 + watcher.number('cuboids occupied') / DRAW_PER_S))
+    # Cuboids are published once a second, and then take rviz some time.
+    time.sleep(min(60.0, 2.0 + watcher.number('cuboids occupied') / DRAW_PER_S))
     return 0
 
 

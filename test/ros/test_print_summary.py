@@ -16,7 +16,13 @@ SCRIPT = pathlib.Path(__file__).resolve().parents[2] / 'scripts/print_summary.py
 class PrintSummaryTest(unittest.TestCase):
 
     def test_the_demo_ends_with_a_summary(self):
-        end = subprocess.run([sys.executable, str(SCRIPT), '--seconds', '2'],
+        self.check_summary('--seconds', '2')
+
+    def test_a_bag_ends_with_a_summary_when_no_more_clouds_come(self):
+        self.check_summary('--until-end-of-bag')
+
+    def check_summary(self, *options):
+        end = subprocess.run([sys.executable, str(SCRIPT), *options],
                              stdout=subprocess.PIPE, stderr=subprocess.PIPE, check=False)
         text = end.stdout.decode()
         self.assertEqual(end.returncode, 0, text + end.stderr.decode())
