@@ -11,6 +11,7 @@ import pathlib
 import re
 import subprocess
 import sys
+import tempfile
 import unittest
 from unittest import mock
 
@@ -44,6 +45,13 @@ def topics_of(display):
     elif isinstance(display, list):
         for entry in display:
             yield from topics_of(entry)
+
+
+def load_show_map():
+    loader = importlib.machinery.SourceFileLoader('show_map', str(ROOT / 'python/show_map'))
+    show_map = importlib.util.module_from_spec(importlib.util.spec_from_loader('show_map', loader))
+    loader.exec_module(show_map)
+    return show_map
 
 
 class LaunchFilesTest(unittest.TestCase):
@@ -120,10 +128,26 @@ class LaunchFilesTest(unittest.TestCase):
         for topic in shown:
             self.assertIn(topic.lstrip('/'), topics)
 
+    def test_rviz_is_started_again_when_it_crashes(self):
+        show_map = load_show_map()
+        with tempfile.TemporaryDirectory() as folder:
+            rviz = pathlib.Path(folder) / 'rviz'
+            for num_crashes, last, num_starts, status in ((0, 'exit 0', 1, 0), (0, 'exit 1', 1, 1), (2, 'exit 0', 3, 0),
+                                                          (9, 'exit 0', 3, 139)):
+                starts = pathlib.Path(folder) / f'starts-{num_crashes}-{last}'
+                rviz.write_text(f'''#!/bin/bash
+echo "$*" >>"{starts}"
+[ $(wc -l <"{starts}") -gt {num_crashes} ] || kill -SEGV $$
+{last}
+''')
+                rviz.chmod(0o755)
+                end = subprocess.run(['bash', '-c', show_map.RUN_RVIZ, 'show_map', rviz, '-d', 'a file'],
+                                     capture_output=True, check=False)
+                self.assertEqual(end.returncode, status)
+                self.assertEqual(starts.read_text().splitlines(), num_starts * ['-d a file'])
+
     def test_a_sensor_that_nobody_publishes_yet_is_shown_by_its_type(self):
-        loader = importlib.machinery.SourceFileLoader('show_map', str(ROOT / 'python/show_map'))
-        show_map = importlib.util.module_from_spec(importlib.util.spec_from_loader('show_map', loader))
-        loader.exec_module(show_map)
+        show_map = load_show_map()
         for kind, classes in (('laser_scan', ['rviz/LaserScan']), ('point_cloud', ['rviz/PointCloud2']), ('depth_image', [])):
             displays = [{'Topic': 'cloud_in', 'Class': 'rviz/PointCloud2'}]
             with mock.patch.object(show_map, 'rospy') as rospy:
