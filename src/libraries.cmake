@@ -166,7 +166,8 @@ cuboid_mapping_add_part(client
   cuboid_mapping/ros/conversions/map_messages.cpp
   cuboid_mapping/ros/map/phase_fair_mutex.cpp
   cuboid_mapping/ros/middleware/callback_guard.cpp)
-add_dependencies(cuboid_mapping_client cuboid_mapping_generate_messages_cpp ${catkin_EXPORTED_TARGETS})
+add_dependencies(cuboid_mapping_client
+  ${cuboid_mapping_EXPORTED_TARGETS} ${catkin_EXPORTED_TARGETS})
 target_include_directories(cuboid_mapping_client SYSTEM PUBLIC "$<BUILD_INTERFACE:${catkin_INCLUDE_DIRS}>")
 target_link_libraries(cuboid_mapping_client
   PUBLIC cuboid_mapping::core "$<BUILD_INTERFACE:${roscpp_LIBRARIES}>" PRIVATE ZLIB::ZLIB)
