@@ -145,7 +145,8 @@ TEST_F(EditAnswers, LeaveNothingInTheHistoryOnceTheyAreUndone) {
   const Eigen::Vector3d origin(0.05, 0.05, 0.05);
   observation.cloud.scans_body = {makeScan(Eigen::Isometry3d::Identity(), origin, points)};
   roundScan(observation.cloud.scans_body[0], 0.1 / 16);
-  map_.history()->add(observation);
+  map_.history()->change(
+      [&](MapHistory& history) { history.add(observation.cloud, observation.config); });
   const PoseTrack track({{0, Eigen::Isometry3d::Identity()},
                          {2000000000, Eigen::Isometry3d(Eigen::Translation3d(0.0, 0.4, 0.0))}});
   const auto corrected = [&] {

@@ -21,7 +21,7 @@ void followSensorModel(const CuboidMap& map, CuboidMap& fresh) {
 void GuardedMap::integrate(const ros::Time& stamp, const ScanUpdate& update,
                            const SensorModel& model, const Eigen::Vector3d& window_center_map,
                            const std::optional<KeptObservation>& kept) {
-  const auto changing = waitToChange();
+  const Changing changing(change_);
   const auto& admitted = window_ ? admit(update, window_center_map) : update;
   auto pending = map_.prepare(admitted, model);  // Destroyed last, when the map is free again.
   {
@@ -34,18 +34,19 @@ void GuardedMap::integrate(const ros::Time& stamp, const ScanUpdate& update,
     });
     stamp_ = stamp;
   }
-  if (history_ && kept) history_->add(*kept);
+  if (!history_ || !kept) return;
+  history_->change([&](MapHistory& history) { history.add(kept->cloud, kept->config); });
 }
 
 MapCorrection GuardedMap::beginCorrection(const PoseTrack& poses, const CorrectionRule& rule) {
-  const auto changing = waitToChange();  // The map equals the history's.
+  const Changing changing(change_);  // The map equals the history's.
   return read([&](const CuboidMap& map) {
     return history_->whole().begin(poses, rule, window_ ? nullptr : &map);
   });
 }
 
 void GuardedMap::exchange(MapCorrection& correction) {
-  const auto changing = waitToChange();
+  const Changing changing(change_);
   history_->whole().finish(correction);  // Nobody changes the map; others read it.
   CuboidMap& corrected = correction.map();
   followSensorModel(map_, corrected);
@@ -79,8 +80,12 @@ std::optional<std::size_t> GuardedMap::undoEdit() {
     editIn(box, [this](CuboidMap& map) { return undo_.undoPart(map); });
     std::tie(num_left, box, std::ignore) = look();
   }
-  const auto changing = waitToChange();
-  if (history_) history_->dropEdits(edit.first, 2 * edit.second);
+  const Changing changing(change_);
+  if (history_) {
+    history_->change([first = edit.first, count = 2 * edit.second](MapHistory& history) {
+      history.dropEdits(first, count);
+    });
+  }
   return num_left;
 }
 

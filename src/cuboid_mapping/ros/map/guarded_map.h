@@ -85,7 +85,7 @@ class GuardedMap {
       if (window_) window_->note(changes);
       return changes;
     });
-    if (history_) history_->addEdit(box, map_, whole);
+    noteEdit(box, whole);
   }
 
   /// Replaces the whole map, in memory and on disk. Otherwise as edit(); the work may set the stamp.
@@ -115,7 +115,7 @@ class GuardedMap {
   void edit(const WorkT& work) {
     const ChangeLock lock(*this);
     noteChangesOf([&] { return call(work, map_, std::as_const(stamp_)); });
-    if (history_) history_->addEdit({}, map_);
+    noteEdit({}, {});
   }
 
   /// Begins an edit that undoEdit() undoes: calls of edit() and editIn() with keepForUndo(), while the result
@@ -222,6 +222,7 @@ class GuardedMap {
   /// Maximum time that a long reader holds the map: a fifth of the time between two clouds.
   static constexpr double kTurn_s = 0.02;
 
+  using Changing = std::lock_guard<FairMutex>;
   using WriteLock = std::lock_guard<PhaseFairMutex>;
 
   /// Calls work with the map, and with the stamp if it takes one.
@@ -256,17 +257,13 @@ class GuardedMap {
     ++num_replaced_;
     undo_.clear();
   }
-  [[nodiscard]] std::unique_lock<std::mutex> waitToChange() const {
-    const std::lock_guard<std::mutex> turn(change_turn_);
-    return std::unique_lock<std::mutex>(change_);
-  }
   /// Exclusive access.
   class ChangeLock {
    public:
-    explicit ChangeLock(const GuardedMap& map) : change_(map.waitToChange()), alone_(map.mutex_) {}
+    explicit ChangeLock(const GuardedMap& map) : changing_(map.change_), alone_(map.mutex_) {}
 
    private:
-    std::unique_lock<std::mutex> change_;
+    Changing changing_;
     WriteLock alone_;
   };
 
@@ -292,12 +289,15 @@ class GuardedMap {
     }
   }
   void note(const ChangeSet& changes);
+  void noteEdit(const CellBox& box, const CellBox& whole) {
+    if (!history_) return;
+    history_->change([&](MapHistory& history) { history.addEdit(box, map_, whole); });
+  }
   [[nodiscard]] const ScanUpdate& admit(const ScanUpdate& update,
                                         const Eigen::Vector3d& window_center_map);
 
-  mutable std::mutex change_;  ///< Held by the thread that changes the map or prepares a change.
-  mutable std::mutex change_turn_;  ///< Held by the next thread.
-  mutable PhaseFairMutex mutex_;    ///< Written by the holder of `change_`.
+  mutable FairMutex change_;      ///< Held by the thread that changes the map or prepares a change.
+  mutable PhaseFairMutex mutex_;  ///< Written by the holder of `change_`.
   CuboidMap map_;
   std::unique_ptr<MapWindow> window_;     ///< May be null.
   std::unique_ptr<KeptHistory> history_;  ///< May be null.

@@ -5,20 +5,9 @@
 
 #include <ros/console.h>
 
-#include <exception>
 #include <stdexcept>
 
 namespace cuboid_mapping_ros {
-
-template <typename WorkT>
-void KeptHistory::guard(const WorkT& work) noexcept {
-  if (is_lost_) return;
-  try {
-    work();
-  } catch (const std::exception& exception) {
-    lose(exception.what());
-  }
-}
 
 void KeptHistory::lose(const std::string& why) noexcept {
   is_lost_ = true;
@@ -33,19 +22,7 @@ void KeptHistory::lose(const std::string& why) noexcept {
 
 void KeptHistory::restart(const CuboidMap& map) noexcept {
   is_lost_ = false;
-  guard([&] { history_.restart(map); });
-}
-
-void KeptHistory::add(const KeptObservation& observation) noexcept {
-  guard([&] { history_.add(observation.cloud, observation.config); });
-}
-
-void KeptHistory::addEdit(const CellBox& box, const CuboidMap& map, const CellBox& whole) noexcept {
-  guard([&] { history_.addEdit(box, map, whole); });
-}
-
-void KeptHistory::dropEdits(std::uint64_t num_before, std::uint64_t count) noexcept {
-  guard([&] { history_.dropEdits(num_before, count); });
+  change([&](MapHistory& history) { history.restart(map); });
 }
 
 std::string KeptHistory::error() const {

@@ -6,6 +6,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <exception>
 #include <mutex>
 #include <string>
 
@@ -25,13 +26,18 @@ class KeptHistory {
   KeptHistory(const MapConfig& config, double step_m, const HistoryLimits& limits)
       : history_(config, step_m, limits) {}
 
-  // Functions of MapHistory that throw nothing here.
-  ///@{
+  /// Makes it whole again, see MapHistory::restart().
   void restart(const CuboidMap& map) noexcept;
-  void add(const KeptObservation& observation) noexcept;
-  void addEdit(const CellBox& box, const CuboidMap& map, const CellBox& whole = {}) noexcept;
-  void dropEdits(std::uint64_t num_before, std::uint64_t count) noexcept;
-  ///@}
+  /// Changes it, unless it is lost. Exceptions lose it. @param work  (MapHistory&).
+  template <typename WorkT>
+  void change(const WorkT& work) noexcept {
+    if (is_lost_) return;
+    try {
+      work(history_);
+    } catch (const std::exception& exception) {
+      lose(exception.what());
+    }
+  }
 
   [[nodiscard]] std::uint64_t numAdded() const { return history_.numAdded(); }
   /// Reason why it is lost; empty: it is whole.
@@ -42,8 +48,6 @@ class KeptHistory {
   [[nodiscard]] HistoryFigures figures() const { return history_.figures(); }
 
  private:
-  template <typename WorkT>
-  void guard(const WorkT& work) noexcept;
   void lose(const std::string& why) noexcept;
 
   MapHistory history_;

@@ -47,28 +47,18 @@ class PhaseFairMutex {
   std::uint64_t num_written_ = 0;
 };
 
-/// A mutex that threads get in the order of their requests: a thread that takes it again and again starves
-/// nobody.
+/// A mutex that a thread which takes it again and again gets after the others.
 class FairMutex {
  public:
   void lock() {
-    std::unique_lock<std::mutex> lock(mutex_);
-    const std::uint64_t turn = num_asked_++;
-    gone_.wait(lock, [&] { return turn == num_gone_; });
+    const std::lock_guard<std::mutex> next(next_);
+    mutex_.lock();
   }
-  void unlock() {
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      ++num_gone_;
-    }
-    gone_.notify_all();
-  }
+  void unlock() { mutex_.unlock(); }
 
  private:
+  std::mutex next_;  ///< Held by the thread that waits for `mutex_`.
   std::mutex mutex_;
-  std::condition_variable gone_;
-  std::uint64_t num_asked_ = 0;
-  std::uint64_t num_gone_ = 0;
 };
 
 }  // namespace cuboid_mapping_ros
