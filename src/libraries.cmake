@@ -202,7 +202,6 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/conversions/depth_image_conversion.cpp
   cuboid_mapping/ros/conversions/ground_filter.cpp
   cuboid_mapping/ros/conversions/no_return_points.cpp
-  cuboid_mapping/ros/conversions/pose_messages.cpp
   cuboid_mapping/ros/conversions/sensor_conversions.cpp
   cuboid_mapping/ros/conversions/sweep.cpp
   cuboid_mapping/ros/diagnostics/cloud_ledger.cpp

@@ -106,7 +106,7 @@ void Way::setVisible(bool is_visible) {
 }
 
 void DisplayWay::load(test::RvizWindow& window, const CuboidMap& map) {
-  updates_ = cuboid_mapping_ros::advertiseDelta(nh_, cuboid_mapping_ros::kCuboidMapUpdatesTopic);
+  updates_ = nh_.advertise<CuboidMapUpdate>(cuboid_mapping_ros::kCuboidMapUpdatesTopic, 20);
   images_ = nh_.advertise<FullCuboidMap>(cuboid_mapping_ros::kCuboidMapTopic, 1, true);
   const cuboid_mapping_ros::ImageMessage message{inMap(), makeImage(map, 1, MapDetail::kClasses)};
   images_.publish(toMessage(message));
@@ -123,8 +123,9 @@ bool DisplayWay::isDrawn(test::RvizWindow& /*window*/) const {
 }
 
 std::optional<double> DisplayWay::send(const CuboidMap& map, const ChangeSet& changes) {
-  cuboid_mapping_ros::publishDelta(
-      updates_, {inMap(), makeDelta(map, changes, 1, revision_, MapDetail::kClasses)});
+  const cuboid_mapping_ros::DeltaMessage message{
+      inMap(), makeDelta(map, changes, 1, revision_, MapDetail::kClasses)};
+  updates_.publish(toMessage(message));
   revision_ = map.revision();
   return std::nullopt;
 }

@@ -242,20 +242,21 @@ BagTopics::BagTopics(BagFiles& bags) {
 }
 
 void BagTopics::look(BagFiles& bags, const std::string& name, BagTopic& topic) const {
+  using ros::message_traits::datatype;
   for (std::size_t number = 0; number < bags.size(); ++number) {
     topic.num_messages +=
         rosbag::View(bags[number], rosbag::TopicQuery({name, name.substr(1)})).size();
   }
-  if (topic.datatype == kClouds) {
+  if (topic.datatype == datatype<sensor_msgs::PointCloud2>()) {
     topic.type = SourceType::kPointCloud;
     (void)readFirst<sensor_msgs::PointCloud2>(bags, name, topic);
-  } else if (topic.datatype == kScans) {
+  } else if (topic.datatype == datatype<sensor_msgs::LaserScan>()) {
     topic.type = SourceType::kLaserScan;
     (void)readFirst<sensor_msgs::LaserScan>(bags, name, topic);
-  } else if (topic.datatype == kImages) {
+  } else if (topic.datatype == datatype<sensor_msgs::Image>()) {
     const auto image = readFirst<sensor_msgs::Image>(bags, name, topic);
     if (image && isDepth(name, image->encoding)) topic.type = SourceType::kDepthImage;
-  } else if (topic.datatype == kCompressed && isCompressed(name)) {
+  } else if (topic.datatype == datatype<sensor_msgs::CompressedImage>() && isCompressed(name)) {
     const auto image = readFirst<sensor_msgs::CompressedImage>(bags, name, topic);
     const std::string encoding = image ? image->format.substr(0, image->format.find(';')) : "";
     if (isDepth(name, encoding)) topic.type = SourceType::kDepthImage;

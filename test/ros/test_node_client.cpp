@@ -150,7 +150,7 @@ TEST_F(NodeClientTest, MissesNoUpdateThatOvertakesTheImage) {
   const CuboidMapClient client(nh, "nobody");
   ASSERT_TRUE(
       waitFor([&] { return images.getNumSubscribers() > 0 && deltas.getNumSubscribers() > 0; }));
-  publishDelta(deltas, delta);
+  deltas.publish(toMessage(delta));
   ros::WallDuration(0.3).sleep();
   EXPECT_FALSE(client.hasMap());
   images.publish(toMessage(image));
@@ -190,7 +190,7 @@ class OtherServer {
     return parts;
   }
   void publish(const cuboid_mapping::FullCuboidMap& part) { images_.publish(part); }
-  void publish(const DeltaMessage& delta) { publishDelta(deltas_, delta); }
+  void publish(const DeltaMessage& delta) { deltas_.publish(toMessage(delta)); }
 
   /// The update after the parts.
   DeltaMessage lateDelta(const std::string& server) {

@@ -56,7 +56,7 @@ class LossyServer {
         images_(
             nh_, ros::NodeHandle(nh_, "lossy"), guard_, options,
             [this](MapDetail wanted) { return image(wanted); }, [] { return std::string(); }) {
-    delta_publisher_ = advertiseDelta(nh_, "cuboid_map_updates");
+    delta_publisher_ = nh_.advertise<CuboidMapUpdate>("cuboid_map_updates", 20);
   }
 
   /// Changes the map. @param is_lost  The update is not sent.
@@ -71,7 +71,7 @@ class LossyServer {
     }
     images_.noteUpdate(map_.revision());
     if (message.delta.is_everything) images_.publishSoon();
-    if (!is_lost) publishDelta(delta_publisher_, message);
+    if (!is_lost) delta_publisher_.publish(toMessage(message));
   }
 
   [[nodiscard]] bool hasListener() const {
@@ -180,7 +180,7 @@ TEST(CuboidMapClientTest, GoesWhileItsServerHangs) {
         speaks.wait();
         return true;
       });
-  const ros::Publisher deltas = advertiseDelta(nh, "cuboid_map_updates");
+  const ros::Publisher deltas = nh.advertise<CuboidMapUpdate>("cuboid_map_updates", 20);
   thread.start();
   auto client = std::make_unique<CuboidMapClient>(ros::NodeHandle("hung"), "/hung/server");
   DeltaMessage message;
@@ -189,7 +189,7 @@ TEST(CuboidMapClientTest, GoesWhileItsServerHangs) {
   message.delta.resolution_m = 0.1;
   EXPECT_TRUE(waitFor([&] {
     message.delta.base = message.delta.revision++;
-    (void)publishDelta(deltas, message);
+    deltas.publish(toMessage(message));
     return num_asked > 0;
   }));
   client.reset();  // Returns while the server hangs.

@@ -32,11 +32,7 @@ double findReach(const CloudPoints& cloud, const Eigen::Vector3d& sensor_cloud, 
   return static_cast<double>(*reach);
 }
 
-double maxBeam(const NodeParameters& parameters) {
-  return cuboid_mapping::kMaxBeamVoxels * parameters.map.resolution_m;
-}
-
-/// Limits without the crop if the ground filter is on: see CloudPipeline::cropInBase().
+/// Limits without the crop if the ground filter is on: see CloudPipeline::takeGround().
 ScanLimits makeScanLimits(const SourceParameters& source) {
   ScanLimits limits;
   limits.min_range_m = source.min_range_m;
@@ -62,7 +58,7 @@ CloudPipeline::CloudPipeline(const NodeParameters& parameters, const SourceParam
     : source_(source),
       self_filter_(parameters.self_filter),
       grid_(parameters.map.resolution_m),
-      max_beam_m_(maxBeam(parameters)),
+      max_beam_m_(kMaxBeamVoxels * parameters.map.resolution_m),
       checks_(source.type == SourceType::kDepthImage, {source.max_range_m, max_beam_m_}),
       sensor_model_(source.sensor_model, parameters.map.environment),
       scan_limits_(makeScanLimits(source)),
@@ -100,12 +96,17 @@ const ScanUpdate* CloudPipeline::compute(const SensorMessage& cloud, const Cloud
   if (poses.body) scans_ = keep(std::move(scans_), poses.body->T_map_body, statistics);
   statistics.convert_time.add(stopwatch.lap());
 
-  const ScanUpdate& update = takeUse(scan_updater_.compute(scans_.data(), scans_.size()));
+  const ScanUpdate* update = &scan_updater_.compute(scans_.data(), scans_.size());
+  if (source_.use != SourceUse::kBoth) {
+    used_ = *update;
+    source_.use == SourceUse::kMark ? keepMarks(used_) : keepClears(used_);
+    update = &used_;
+  }
   statistics.ray_walk_time.add(stopwatch.lap());
-  statistics.num_points += update.num_points;
-  statistics.num_out_of_range += update.num_out_of_range;
-  statistics.num_too_far += update.num_too_far;
-  return &update;
+  statistics.num_points += update->num_points;
+  statistics.num_out_of_range += update->num_out_of_range;
+  statistics.num_too_far += update->num_too_far;
+  return update;
 }
 
 std::vector<Scan> CloudPipeline::makeScans(const SensorMessage& cloud, CloudPoints& points,
@@ -217,35 +218,19 @@ std::vector<Eigen::Vector3f> CloudPipeline::takeGround(CloudPoints& points, cons
   if (!poses.T_map_base) return {};
   const Eigen::Isometry3d T_base_points =
       poses.T_map_base->inverse() * poses.T_map_cloud * Eigen::Translation3d(points.anchor_cloud);
-  cropInBase(points.points, T_base_points, statistics);
+  // As octomap_server: points outside the limits do not take part in the search for the ground.
+  const auto is_outside = [&](const Eigen::Vector3f& point) {
+    return !isInside(source_.crop, T_base_points * point.cast<double>());
+  };
+  const auto end = std::remove_if(points.points.begin(), points.points.end(), is_outside);
+  statistics.num_filtered += static_cast<std::uint64_t>(std::distance(end, points.points.end()));
+  points.points.erase(end, points.points.end());
   GroundSplit split = splitGround(points.points, T_base_points, source_.ground_filter);
   points.points = std::move(split.others);
   CloudPoints ground;
   ground.anchor_cloud = points.anchor_cloud;
   ground.points = std::move(split.ground);
   return makeScan(ground, poses, statistics).points;
-}
-
-void CloudPipeline::cropInBase(std::vector<Eigen::Vector3f>& points,
-                               const Eigen::Isometry3d& T_base_points,
-                               NodeStatistics& statistics) const {
-  const auto is_outside = [&](const Eigen::Vector3f& point) {
-    return !isInside(source_.crop, T_base_points * point.cast<double>());
-  };
-  const auto end = std::remove_if(points.begin(), points.end(), is_outside);
-  statistics.num_filtered += static_cast<std::uint64_t>(std::distance(end, points.end()));
-  points.erase(end, points.end());
-}
-
-const ScanUpdate& CloudPipeline::takeUse(const ScanUpdate& update) {
-  if (source_.use == SourceUse::kBoth) return update;
-  used_ = update;
-  if (source_.use == SourceUse::kMark) {
-    keepMarks(used_);
-  } else {
-    keepClears(used_);
-  }
-  return used_;
 }
 
 std::vector<std::unique_ptr<Source>> makeSources(const NodeParameters& parameters) {

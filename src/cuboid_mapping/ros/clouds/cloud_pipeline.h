@@ -73,9 +73,6 @@ class CloudPipeline {
   [[nodiscard]] std::vector<Eigen::Vector3f> takeGround(CloudPoints& points,
                                                         const CloudPoses& poses,
                                                         NodeStatistics& statistics) const;
-  /// As octomap_server: points outside the limits do not take part in the search for the ground.
-  void cropInBase(std::vector<Eigen::Vector3f>& points, const Eigen::Isometry3d& T_base_points,
-                  NodeStatistics& statistics) const;
   /// One scan, with the ends of beams to the ground, or one for each slice. The first has the free points.
   [[nodiscard]] std::vector<Scan> makeScans(const SensorMessage& cloud, CloudPoints& points,
                                             const CloudPoses& poses,
@@ -84,7 +81,6 @@ class CloudPipeline {
   [[nodiscard]] std::vector<Scan> makeSlices(const SensorMessage& cloud, const CloudPoints& points,
                                              const CloudPoses& poses,
                                              NodeStatistics& statistics) const;
-  [[nodiscard]] const ScanUpdate& takeUse(const ScanUpdate& update);
 
   SourceParameters source_;
   SelfFilterParameters self_filter_;
@@ -96,7 +92,7 @@ class CloudPipeline {
   ScanUpdater scan_updater_;
   std::vector<Scan> scans_;
   std::vector<Scan> kept_scans_;  ///< Scans in the frame of the body.
-  ScanUpdate used_;               ///< The part of the update that takeUse() has left.
+  ScanUpdate used_;               ///< The part of the update that the source's `use` leaves.
 };
 
 /// Processing of a sensor's messages, without the topic. Not thread-safe.

@@ -5,6 +5,8 @@
 #include "cuboid_mapping/ros/clouds/source_subscriber.h"
 
 #include <ros/console.h>
+#include <ros/master.h>
+#include <ros/this_node.h>
 #include <ros/time.h>
 
 #include <algorithm>
@@ -15,6 +17,38 @@
 #include <set>
 
 namespace cuboid_mapping_ros {
+namespace {
+
+/// Message types of all topics that are published, by name; empty if the master does not answer.
+///
+/// Asks the master once, without waiting for it.
+std::map<std::string, std::string> publishedTypes() {
+  // Not by ros::master::getTopics(), which waits for a master that is gone.
+  XmlRpc::XmlRpcValue request;
+  request[0] = ros::this_node::getName();
+  request[1] = "";
+  XmlRpc::XmlRpcValue response;
+  XmlRpc::XmlRpcValue topics;
+  if (!ros::master::execute("getPublishedTopics", request, response, topics, false)) return {};
+  std::map<std::string, std::string> types;
+  for (int i = 0; i < topics.size(); ++i) types[topics[i][0]] = std::string(topics[i][1]);
+  return types;
+}
+
+/// Topics of a type, without those that this process publishes.
+std::set<std::string> findTopics(const std::map<std::string, std::string>& types,
+                                 const std::string& datatype) {
+  std::set<std::string> found;
+  for (const auto& [topic, type] : types) {
+    if (type == datatype) found.insert(topic);
+  }
+  std::vector<std::string> own;
+  ros::this_node::getAdvertisedTopics(own);
+  for (const std::string& topic : own) found.erase(topic);
+  return found;
+}
+
+}  // namespace
 
 NodeSources::NodeSources(const NodeParameters& parameters, const CloudLedger& ledger)
     : has_list_(!parameters.sources.empty()),

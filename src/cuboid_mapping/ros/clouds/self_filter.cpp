@@ -46,7 +46,11 @@ std::string readDescription(const SelfFilterParameters& parameters, const FindTe
 
 /// Refuses too many voxels: each cloud visits all of them.
 void checkVolume(const RobotParts& parts, const NodeParameters& parameters) {
-  const double num_voxels = boundsVolume(parts) / std::pow(parameters.map.resolution_m, 3);
+  double volume_m3 = 0.0;
+  for (const RobotPart& part : parts) {
+    volume_m3 += (part.exact.bounds.max_m - part.exact.bounds.min_m).prod();
+  }
+  const double num_voxels = volume_m3 / std::pow(parameters.map.resolution_m, 3);
   if (!parameters.self_filter.keep_free || num_voxels <= kMaxFreeVoxels) return;
   std::ostringstream text;
   text << "self_filter/keep_free: the robot has " << num_voxels << " voxels, but may have "
@@ -165,14 +169,6 @@ Points findRobotVoxels(const RobotParts& parts, const std::vector<Eigen::Isometr
     addVoxels(parts[i].exact, T_map_part[i], grid, anchor_map, centers);
   }
   return centers;
-}
-
-double boundsVolume(const RobotParts& parts) {
-  double volume_m3 = 0.0;
-  for (const RobotPart& part : parts) {
-    volume_m3 += (part.exact.bounds.max_m - part.exact.bounds.min_m).prod();
-  }
-  return volume_m3;
 }
 
 }  // namespace cuboid_mapping_ros

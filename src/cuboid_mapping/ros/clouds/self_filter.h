@@ -44,7 +44,4 @@ std::size_t removePointsOnRobot(const RobotParts& parts,
     const RobotParts& parts, const std::vector<Eigen::Isometry3d>& T_map_part, const Grid& grid,
     const Eigen::Vector3d& anchor_map);
 
-/// Volume of the boxes around the parts, without padding, in cubic metres.
-[[nodiscard]] double boundsVolume(const RobotParts& parts);
-
 }  // namespace cuboid_mapping_ros

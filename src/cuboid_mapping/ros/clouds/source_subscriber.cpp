@@ -4,8 +4,7 @@
 #include "cuboid_mapping/ros/conversions/compressed_depth.h"
 #include "cuboid_mapping/ros/middleware/callbacks.h"
 
-#include <ros/master.h>
-#include <ros/this_node.h>
+#include <ros/message_traits.h>
 
 #include <algorithm>
 #include <array>
@@ -113,8 +112,11 @@ void DepthPairs::takeOldest() {
 }
 
 const char* datatypeOf(SourceType type, const std::string& topic) {
-  if (type == SourceType::kDepthImage) return isCompressed(topic) ? kCompressed : kImages;
-  return type == SourceType::kLaserScan ? kScans : kClouds;
+  using ros::message_traits::datatype;
+  if (type == SourceType::kLaserScan) return datatype<sensor_msgs::LaserScan>();
+  if (type == SourceType::kPointCloud) return datatype<sensor_msgs::PointCloud2>();
+  return isCompressed(topic) ? datatype<sensor_msgs::CompressedImage>()
+                             : datatype<sensor_msgs::Image>();
 }
 
 std::string adviseOn(const std::string& datatype) {
@@ -144,31 +146,6 @@ std::string describeWrongType(const SourceParameters& source, const std::string&
   if (cure.empty()) cure = "name a topic of clouds, planar scans or depth images";
   return topic + " has messages of " + datatype + ", not of " + datatypeOf(source.type, topic) +
          " (type " + toString(source.type) + "): " + cure;
-}
-
-std::map<std::string, std::string> publishedTypes() {
-  // Not by ros::master::getTopics(), which waits for a master that is gone.
-  XmlRpc::XmlRpcValue request;
-  request[0] = ros::this_node::getName();
-  request[1] = "";
-  XmlRpc::XmlRpcValue response;
-  XmlRpc::XmlRpcValue topics;
-  if (!ros::master::execute("getPublishedTopics", request, response, topics, false)) return {};
-  std::map<std::string, std::string> types;
-  for (int i = 0; i < topics.size(); ++i) types[topics[i][0]] = std::string(topics[i][1]);
-  return types;
-}
-
-std::set<std::string> findTopics(const std::map<std::string, std::string>& types,
-                                 const std::string& datatype) {
-  std::set<std::string> found;
-  for (const auto& [topic, type] : types) {
-    if (type == datatype) found.insert(topic);
-  }
-  std::vector<std::string> own;
-  ros::this_node::getAdvertisedTopics(own);
-  for (const std::string& topic : own) found.erase(topic);
-  return found;
 }
 
 }  // namespace cuboid_mapping_ros

@@ -94,14 +94,6 @@ class SourceSubscriber {
   std::vector<ros::Subscriber> subscribers_;  ///< The first one subscribes to the topic.
 };
 
-/// Message types of sensor topics.
-///@{
-constexpr char kClouds[] = "sensor_msgs/PointCloud2";
-constexpr char kScans[] = "sensor_msgs/LaserScan";
-constexpr char kImages[] = "sensor_msgs/Image";
-constexpr char kCompressed[] = "sensor_msgs/CompressedImage";
-///@}
-
 /// Message type that a source expects on a topic, such as "sensor_msgs/LaserScan".
 [[nodiscard]] const char* datatypeOf(SourceType type, const std::string& topic);
 
@@ -111,14 +103,5 @@ constexpr char kCompressed[] = "sensor_msgs/CompressedImage";
 /// Error and cure if a topic has another type than its source; else empty.
 [[nodiscard]] std::string describeWrongType(const SourceParameters& source,
                                             const std::string& topic, const std::string& datatype);
-
-/// Message types of all topics that are published, by name; empty if the master does not answer.
-///
-/// Asks the master once, without waiting for it.
-[[nodiscard]] std::map<std::string, std::string> publishedTypes();
-
-/// Topics of a type, without those that this process publishes.
-[[nodiscard]] std::set<std::string> findTopics(const std::map<std::string, std::string>& types,
-                                               const std::string& datatype);
 
 }  // namespace cuboid_mapping_ros

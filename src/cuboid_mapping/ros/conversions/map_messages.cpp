@@ -10,9 +10,6 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-/// Queue of deltas for a subscriber: older ones would be of no use.
-constexpr std::uint32_t kDeltaQueue = 20;
-
 CuboidBricks toMessage(const VoxelBrick* first, const VoxelBrick* last, MapDetail detail) {
   PackedBricks packed = packBricks(first, last, detail);
   CuboidBricks message;
@@ -103,16 +100,6 @@ FullCuboidMap toMessage(const ImageMessage& from, const VoxelBrick* first, const
 FullCuboidMap toMessage(const ImageMessage& from) {
   const std::vector<VoxelBrick>& bricks = from.image.bricks;
   return toMessage(from, bricks.data(), bricks.data() + bricks.size());
-}
-
-ros::Publisher advertiseDelta(ros::NodeHandle& nh, const std::string& topic) {
-  return nh.advertise<CuboidMapUpdate>(topic, kDeltaQueue);
-}
-
-std::size_t publishDelta(const ros::Publisher& publisher, const DeltaMessage& message) {
-  const CuboidMapUpdate type = toMessage(message);
-  publisher.publish(type);
-  return ros::serialization::serializationLength(type);
 }
 
 bool GetMapClient::call(const std::string& name, MapDetail detail, ImageMessage& message,

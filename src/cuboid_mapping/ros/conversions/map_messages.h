@@ -46,11 +46,6 @@ struct DeltaMessage {
 /// The changes in a message. A damaged message counts as a change of everything.
 [[nodiscard]] DeltaMessage fromMessage(const CuboidMapUpdate& message);
 
-/// Offers a topic of cuboid_mapping/CuboidMapUpdate.
-[[nodiscard]] ros::Publisher advertiseDelta(ros::NodeHandle& nh, const std::string& topic);
-/// @return Bytes of the message.
-std::size_t publishDelta(const ros::Publisher& publisher, const DeltaMessage& message);
-
 /// Calls the service GetMap. A call lasts as long as the transfer takes. Thread-safe.
 class GetMapClient {
  public:

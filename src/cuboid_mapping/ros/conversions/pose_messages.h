@@ -2,20 +2,39 @@
 #pragma once
 
 #include "cuboid_mapping/history/pose_track.h"
-#include "cuboid_mapping/ros/middleware/core_names.h"
+#include "cuboid_mapping/ros/conversions/points.h"
 
 #include <geometry_msgs/Pose.h>
 #include <nav_msgs/Path.h>
 #include <ros/time.h>
+#include <tf2_eigen/tf2_eigen.h>
 
+#include <cmath>
 #include <vector>
 
 namespace cuboid_mapping_ros {
 
 /// A pose for PoseTrack; an invalid quaternion gives a matrix that is no rotation, which PoseTrack refuses.
-[[nodiscard]] StampedPose toStampedPose(const ros::Time& stamp, const geometry_msgs::Pose& pose);
+[[nodiscard]] inline StampedPose toStampedPose(const ros::Time& stamp,
+                                               const geometry_msgs::Pose& pose) {
+  Eigen::Quaterniond quaternion;
+  tf2::fromMsg(pose.orientation, quaternion);
+  StampedPose stamped{static_cast<std::int64_t>(stamp.toNSec()), Eigen::Isometry3d::Identity()};
+  stamped.T_map_body.translation() = toVector(pose.position);
+  if (std::abs(quaternion.norm() - 1.0) <= 0.1) {  // The quaternion may have few digits.
+    stamped.T_map_body.linear() = quaternion.normalized().toRotationMatrix();
+  } else {
+    stamped.T_map_body.linear().setZero();
+  }
+  return stamped;
+}
 
 /// The poses of a path, each with its own stamp.
-[[nodiscard]] std::vector<StampedPose> toStampedPoses(const nav_msgs::Path& path);
+[[nodiscard]] inline std::vector<StampedPose> toStampedPoses(const nav_msgs::Path& path) {
+  std::vector<StampedPose> poses;
+  poses.reserve(path.poses.size());
+  for (const auto& pose : path.poses) poses.push_back(toStampedPose(pose.header.stamp, pose.pose));
+  return poses;
+}
 
 }  // namespace cuboid_mapping_ros

@@ -12,9 +12,59 @@
 #include <exception>
 
 namespace cuboid_mapping_ros {
+namespace {
+
+/// Depth limit of the tree: two faulty programs could have made frames each other's parents.
+constexpr int kMaxTreeDepth = 1000;
+
+/// Frames of tf without a parent, in order of their names.
+std::vector<std::string> findRoots(const tf2::BufferCore& tf) {
+  std::vector<std::string> frames;
+  tf._getFrameStrings(frames);
+  std::vector<std::string> roots;
+  std::string parent;
+  for (const std::string& frame : frames) {
+    if (!tf._getParent(frame, ros::Time(), parent)) roots.push_back(frame);
+  }
+  std::sort(roots.begin(), roots.end());
+  return roots;
+}
+
+/// Advice if tf does not connect two frames: names the roots; empty if tf connects them at some time.
+/// @param target  The frame of the map. Names have no slash at the start.
+std::string adviseOnTree(const tf2::BufferCore& tf, const std::string& target,
+                         const std::string& source) {
+  const auto root_of_target = findRoot(tf, target);
+  const auto root_of_source = findRoot(tf, source);
+  if (root_of_target && root_of_target == root_of_source) return "";
+  const std::vector<std::string> roots = findRoots(tf);
+  std::string advice = roots.empty() ? "tf has no frame at all"
+                                     : "the roots of tf's trees are: " + join(roots, ", ");
+  if (root_of_source) {
+    advice +=
+        ". '" + source + "' is below '" + *root_of_source + "': set frame_id to " + *root_of_source;
+  } else {
+    advice += ". Nobody publishes '" + source + "': start its publisher";
+  }
+  return advice + ", or give the missing transform: \"" + target + ' ' +
+         root_of_source.value_or(source) +
+         " x y z yaw pitch roll\" (roslaunch: transform:=, bag_to_map: --transform)";
+}
+
+}  // namespace
 
 std::string withoutSlash(const std::string& frame_id) {
   return !frame_id.empty() && frame_id.front() == '/' ? frame_id.substr(1) : frame_id;
+}
+
+std::optional<std::string> findRoot(const tf2::BufferCore& tf, const std::string& frame_id) {
+  std::string root = withoutSlash(frame_id);
+  if (!tf._frameExists(root)) return std::nullopt;
+  std::string parent;
+  for (int depth = 0; depth < kMaxTreeDepth && tf._getParent(root, ros::Time(), parent); ++depth) {
+    root = parent;
+  }
+  return root;
 }
 
 TfLookup lookupTransform(const tf2::BufferCore& buffer, const std::string& target,
@@ -49,13 +99,6 @@ MetricBox computeEnclosingBox(const Eigen::Isometry3d& T_target_source,
   const Eigen::Vector3d half_m = T_target_source.linear().cwiseAbs() * half_source_m;
   return {center - half_m, center + half_m};
 }
-
-namespace {
-
-/// Depth limit of the tree: two faulty programs could have made frames each other's parents.
-constexpr int kMaxTreeDepth = 1000;
-
-}  // namespace
 
 geometry_msgs::TransformStamped tidyTransform(geometry_msgs::TransformStamped transform) {
   transform.header.frame_id = withoutSlash(transform.header.frame_id);
@@ -93,49 +136,6 @@ std::optional<geometry_msgs::TransformStamped> parseTransform(const std::string&
   tf2::toMsg(Eigen::Vector3d(numbers[0], numbers[1], numbers[2]), transform.transform.translation);
   transform.transform.rotation = tf2::toMsg(rotation);
   return tidyTransform(transform);
-}
-
-std::optional<std::string> findRoot(const tf2::BufferCore& tf, const std::string& frame_id) {
-  std::string root = withoutSlash(frame_id);
-  if (!tf._frameExists(root)) return std::nullopt;
-  std::string parent;
-  for (int depth = 0; depth < kMaxTreeDepth && tf._getParent(root, ros::Time(), parent); ++depth) {
-    root = parent;
-  }
-  return root;
-}
-
-std::vector<std::string> findRoots(const tf2::BufferCore& tf) {
-  std::vector<std::string> frames;
-  tf._getFrameStrings(frames);
-  std::vector<std::string> roots;
-  std::string parent;
-  for (const std::string& frame : frames) {
-    if (!tf._getParent(frame, ros::Time(), parent)) roots.push_back(frame);
-  }
-  std::sort(roots.begin(), roots.end());
-  return roots;
-}
-
-std::string adviseOnTree(const tf2::BufferCore& tf, const std::string& target,
-                         const std::string& source) {
-  const auto root_of_target = findRoot(tf, target);
-  const auto root_of_source = findRoot(tf, source);
-  if (root_of_target && root_of_target == root_of_source) return "";
-  const std::vector<std::string> roots = findRoots(tf);
-  std::string advice = roots.empty() ? "tf has no frame at all"
-                                     : "the roots of tf's trees are: " + join(roots, ", ");
-  const std::string target_frame = withoutSlash(target);
-  const std::string source_frame = withoutSlash(source);
-  if (root_of_source) {
-    advice += ". '" + source_frame + "' is below '" + *root_of_source + "': set frame_id to " +
-              *root_of_source;
-  } else {
-    advice += ". Nobody publishes '" + source_frame + "': start its publisher";
-  }
-  return advice + ", or give the missing transform: \"" + target_frame + ' ' +
-         root_of_source.value_or(source_frame) +
-         " x y z yaw pitch roll\" (roslaunch: transform:=, bag_to_map: --transform)";
 }
 
 }  // namespace cuboid_mapping_ros

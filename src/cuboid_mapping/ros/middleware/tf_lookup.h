@@ -12,7 +12,6 @@
 
 #include <optional>
 #include <string>
-#include <vector>
 
 namespace cuboid_mapping_ros {
 
@@ -51,16 +50,8 @@ struct TfLookup {
 [[nodiscard]] std::optional<geometry_msgs::TransformStamped> parseTransform(
     const std::string& text);
 
-/// Frames of tf without a parent, in order of their names.
-[[nodiscard]] std::vector<std::string> findRoots(const tf2::BufferCore& tf);
-
 /// The root of a frame's tree; nothing for a frame that tf does not know.
 [[nodiscard]] std::optional<std::string> findRoot(const tf2::BufferCore& tf,
                                                   const std::string& frame_id);
-
-/// Advice if tf does not connect two frames: names the roots; empty if tf connects them at some time.
-/// @param target  The frame of the map.
-[[nodiscard]] std::string adviseOnTree(const tf2::BufferCore& tf, const std::string& target,
-                                       const std::string& source);
 
 }  // namespace cuboid_mapping_ros

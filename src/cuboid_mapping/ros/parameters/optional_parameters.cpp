@@ -169,10 +169,6 @@ std::unique_ptr<MapWindow> makeWindow(const NodeParameters& parameters, const Cu
   return std::make_unique<MapWindow>(window.config, std::move(store), map);
 }
 
-HistoryLimits KeepParameters::limits() const {
-  return {static_cast<std::uint64_t>(memory_mb) * 1000000, max_age_s};
-}
-
 std::vector<ParameterDeclaration> declareKeep() {
   return {
       {"keep_clouds/memory", "MB", integer({&P::keep, &KeepParameters::memory_mb}, 0, 1000000),

@@ -71,20 +71,6 @@ std::optional<std::string> findNearestKey(const std::string& key,
   return nearest;
 }
 
-void collectLeaves(const XmlRpcValue& value, const std::string& key,
-                   std::map<std::string, XmlRpcValue>& leaves) {
-  if (value.getType() != XmlRpcValue::TypeStruct) {
-    leaves[key] = value;
-    return;
-  }
-  for (const auto& [name, member] : value) {
-    std::string member_key = key;
-    if (!key.empty()) member_key += '/';
-    member_key += name;
-    collectLeaves(member, member_key, leaves);
-  }
-}
-
 /// Warns of a slash at the start of a frame: tf2 refuses it, and tf1 ignored it.
 void warnOfSlash(const ParameterDeclaration& declaration, const XmlRpcValue& value,
                  LoadedParameters& loaded) {
@@ -144,59 +130,45 @@ void readValues(const XmlRpcValue& group, bool is_source, LoadedParameters& load
   }
 }
 
-/// Two parameters, one of which must be less than the other.
-struct OrderedPair {
-  std::string lower_key;
-  double lower;
-  std::string upper_key;
-  double upper;
-};
-
-std::vector<OrderedPair> orderedPairs(const NodeParameters& parameters) {
-  std::vector<OrderedPair> pairs;
-  for (int axis = 0; axis < 3; ++axis) {
-    const std::string name(1, "xyz"[axis]);
-    pairs.push_back({"pointcloud_min_" + name, parameters.source.crop.min_m[axis],
-                     "pointcloud_max_" + name, parameters.source.crop.max_m[axis]});
-  }
-  pairs.push_back({"occupancy_min_z", parameters.octomap_server.occupancy_min_z_m,
-                   "occupancy_max_z", parameters.octomap_server.occupancy_max_z_m});
-  pairs.push_back({"robot_grid/min_z", parameters.robot_grid.min_z_m, "robot_grid/max_z",
-                   parameters.robot_grid.max_z_m});
-  pairs.push_back({"sensor_model/min_range", parameters.source.min_range_m,
-                   "sensor_model/max_range", parameters.source.max_range_m});
-  return pairs;
-}
-
 void checkSets(LoadedParameters& loaded) {
-  std::vector<ParameterError> errors;
+  const NodeParameters& all = loaded.parameters;
   const auto is_good = [&loaded](const std::string& key) {
     return std::none_of(loaded.errors.begin(), loaded.errors.end(),
                         [&](const ParameterError& error) { return error.key == key; });
   };
   // The table has the library's ranges: conflicts between parameters remain.
   if (is_good("rtree/min_branches") && is_good("rtree/max_branches")) {
-    for (ConfigError& error : checkConfig(loaded.parameters.map)) {
+    for (ConfigError& error : checkConfig(all.map)) {
       std::replace(error.field.begin(), error.field.end(), '.', '/');
-      errors.push_back({error.field, error.message});
+      loaded.errors.push_back({error.field, error.message});
     }
   }
-  for (const OrderedPair& pair : orderedPairs(loaded.parameters)) {
-    if (pair.lower < pair.upper || !is_good(pair.lower_key) || !is_good(pair.upper_key)) continue;
-    errors.push_back({pair.lower_key, "is " + formatNumber(pair.lower) +
-                                          ", but must be less than " + pair.upper_key + " (" +
-                                          formatNumber(pair.upper) + "): change one of them"});
+  const auto check_order = [&](const std::string& lower_key, double lower,
+                               const std::string& upper_key, double upper) {
+    if (lower < upper || !is_good(lower_key) || !is_good(upper_key)) return;
+    loaded.errors.push_back({lower_key, "is " + formatNumber(lower) + ", but must be less than " +
+                                            upper_key + " (" + formatNumber(upper) +
+                                            "): change one of them"});
+  };
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::string name(1, "xyz"[axis]);
+    check_order("pointcloud_min_" + name, all.source.crop.min_m[axis], "pointcloud_max_" + name,
+                all.source.crop.max_m[axis]);
   }
-  const SourceParameters& source = loaded.parameters.source;
-  const bool is_depth = source.type == SourceType::kDepthImage;
-  if (source.deskew && (is_depth || source.filter_ground)) {
-    errors.push_back({"deskew", std::string("is true, but does not go with ") +
-                                    (is_depth ? "type: depth_image" : "filter_ground") +
-                                    ": switch one of them off"});
+  check_order("occupancy_min_z", all.octomap_server.occupancy_min_z_m, "occupancy_max_z",
+              all.octomap_server.occupancy_max_z_m);
+  check_order("robot_grid/min_z", all.robot_grid.min_z_m, "robot_grid/max_z",
+              all.robot_grid.max_z_m);
+  check_order("sensor_model/min_range", all.source.min_range_m, "sensor_model/max_range",
+              all.source.max_range_m);
+  const bool is_depth = all.source.type == SourceType::kDepthImage;
+  if (all.source.deskew && (is_depth || all.source.filter_ground)) {
+    loaded.errors.push_back({"deskew", std::string("is true, but does not go with ") +
+                                           (is_depth ? "type: depth_image" : "filter_ground") +
+                                           ": switch one of them off"});
   }
-  for (ParameterError& error : checkWindow(loaded.parameters)) errors.push_back(std::move(error));
-  for (ParameterError& error : checkKeep(loaded.parameters)) errors.push_back(std::move(error));
-  loaded.errors.insert(loaded.errors.end(), errors.begin(), errors.end());
+  for (ParameterError& error : checkWindow(all)) loaded.errors.push_back(std::move(error));
+  for (ParameterError& error : checkKeep(all)) loaded.errors.push_back(std::move(error));
 }
 
 /// Keys of this node, and groups of them.
@@ -265,8 +237,13 @@ void judgeUnknownKeys(const XmlRpcValue& group, LoadedParameters& loaded) {
 }  // namespace
 
 std::map<std::string, XmlRpcValue> leavesOf(const XmlRpcValue& group) {
+  if (group.getType() != XmlRpcValue::TypeStruct) return {{"", group}};
   std::map<std::string, XmlRpcValue> leaves;
-  collectLeaves(group, "", leaves);
+  for (const auto& [name, member] : group) {
+    for (const auto& [rest, leaf] : leavesOf(member)) {
+      leaves[rest.empty() ? name : name + '/' + rest] = leaf;
+    }
+  }
   return leaves;
 }
 

@@ -146,7 +146,6 @@ struct KeepParameters {
   double tolerance_m = 0.05;   ///< A path that moves nothing farther than this changes nothing.
 
   [[nodiscard]] bool isOn() const { return memory_mb > 0; }
-  [[nodiscard]] HistoryLimits limits() const;
 };
 
 /// Parameters of octomap_server that concern its topics.

@@ -16,6 +16,8 @@ namespace {
 
 /// Parts in the queue of a slow subscriber, which asks the service for lost ones.
 constexpr std::uint32_t kQueueSize = 2;
+/// Queue of updates for a subscriber: older ones would be of no use.
+constexpr std::uint32_t kUpdatesQueue = 20;
 /// Time between two parts of a keyframe.
 constexpr double kTimerPeriod_s = 0.05;
 /// Maximum share of time for images: a keyframe that takes a second comes every 20 s at most.
@@ -160,7 +162,7 @@ MapPublisher::MapPublisher(ros::NodeHandle nh, const ros::NodeHandle& private_nh
       frame_id_(withoutSlash(parameters.frame_id)),
       detail_(parameters.publish_values ? MapDetail::kValues : MapDetail::kClasses),
       instance_(ros::WallTime::now().toNSec()),
-      delta_publisher_(advertiseDelta(nh, kCuboidMapUpdatesTopic)),
+      delta_publisher_(nh.advertise<CuboidMapUpdate>(kCuboidMapUpdatesTopic, kUpdatesQueue)),
       images_(
           nh, private_nh, guardOf(nh),
           {detail_, partBytes(parameters), parameters.keyframe_period_s},
@@ -203,7 +205,7 @@ ChangeSet MapPublisher::publish() {
       });
   try {
     published_revision_ = message.delta.revision;
-    if (is_heard) publishDelta(delta_publisher_, message);
+    if (is_heard) delta_publisher_.publish(toMessage(message));
     images_.noteUpdate(published_revision_);
     if (message.delta.is_everything) images_.publishSoon();
   } catch (...) {

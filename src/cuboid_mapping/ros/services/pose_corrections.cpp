@@ -20,8 +20,10 @@ namespace cuboid_mapping_ros {
 
 std::unique_ptr<KeptHistory> makeHistory(const NodeParameters& parameters, GuardedMap& map) {
   const MapConfig config = map.config();
-  auto history = std::make_unique<KeptHistory>(config, config.resolution_m / kKeptStepsPerVoxel,
-                                               parameters.keep.limits());
+  const HistoryLimits limits{static_cast<std::uint64_t>(parameters.keep.memory_mb) * 1000000,
+                             parameters.keep.max_age_s};
+  auto history =
+      std::make_unique<KeptHistory>(config, config.resolution_m / kKeptStepsPerVoxel, limits);
   if (parameters.window.isOn()) {
     CuboidMap whole(config);
     restoreSnapshot(takeWholeSnapshot(map, "", makeSnapshotLimits(parameters)), whole);
