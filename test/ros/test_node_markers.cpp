@@ -138,7 +138,7 @@ class ExpectedMap {
     return expectedCubes(map_, map_.grid(), MarkerStyle());
   }
   [[nodiscard]] std::vector<ShownCube> free() const {
-    return expectedCubes(map_, map_.grid(), makeFreeStyle(NodeParameters()));
+    return expectedCubes(map_, map_.grid(), makeStyle(NodeParameters(), CuboidFilter::kFree));
   }
 
  private:

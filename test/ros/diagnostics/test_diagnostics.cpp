@@ -42,8 +42,8 @@ bool isOk(const ReportSummary& summary) { return summary.level == ReportLevel::k
 
 TEST(Diagnostics, AllIsWellWhileCloudsAreInserted) {
   NodeReport report = makeReport(7, 7);
-  report.map.free.num_cuboids = 30;
-  report.map.occupied.num_cuboids = 12;
+  report.map.cuboids.free = 30;
+  report.map.cuboids.occupied = 12;
   const ReportSummary summary = summarize(report, makeReport(5, 5).statistics);
   EXPECT_TRUE(isOk(summary));
   EXPECT_EQ(summary.message, "42 cuboids from 7 clouds");
@@ -256,12 +256,12 @@ TEST(Diagnostics, CountsCuboidsAndVoxelsByClass) {
   scan.points = {{1.05F, 0.05F, 0.05F}};
   cuboid_mapping::ScanUpdater updater(map.grid());
   map.apply(updater.compute(scan));
-  const MapSummary summary = summarize(map);
+  const MapSummary summary = MapWatch([] { return 0.0; }).summarize(map);
   // Ten free voxels in two bricks, and one occupied.
-  EXPECT_EQ(summary.free.num_cuboids, 2U);
-  EXPECT_EQ(summary.free.num_voxels, 10.0);
-  EXPECT_EQ(summary.occupied.num_cuboids, 1U);
-  EXPECT_EQ(summary.occupied.num_voxels, 1.0);
+  EXPECT_EQ(summary.cuboids.free, 2U);
+  EXPECT_EQ(summary.num_free_voxels, 10.0);
+  EXPECT_EQ(summary.cuboids.occupied, 1U);
+  EXPECT_EQ(summary.num_occupied_voxels, 1.0);
   EXPECT_EQ(summary.revision, map.revision());
   EXPECT_EQ(summary.num_bytes, map.numBytes());
 }
@@ -278,20 +278,19 @@ TEST(Diagnostics, CuboidsAreNotCountedAllTheTime) {
     map.apply(updater.compute(scan));
   };
   observe(1.01F);
-  EXPECT_EQ(watch.summarize(map).free.num_cuboids, 3U) << "at first";
+  EXPECT_EQ(watch.summarize(map).cuboids.free, 3U) << "at first";
   observe(2.01F);
   const MapSummary summary = watch.summarize(map);
-  EXPECT_EQ(summary.free.num_cuboids, 3U) << "so soon, the count is that of before";
-  EXPECT_EQ(summary.free.num_voxels, map.voxels().numFreeVoxels()) << "what costs nothing is new";
+  EXPECT_EQ(summary.cuboids.free, 3U) << "so soon, the count is that of before";
+  EXPECT_EQ(summary.num_free_voxels, map.voxels().numFreeVoxels()) << "what costs nothing is new";
   now_s += 20.0;
-  const std::size_t num_free = summarize(map).free.num_cuboids;
+  const std::size_t num_free = countCuboids(map).free;
   EXPECT_GT(num_free, 3U);
-  EXPECT_EQ(watch.summarize(map).free.num_cuboids, num_free);
+  EXPECT_EQ(watch.summarize(map).cuboids.free, num_free);
   observe(4.01F);
-  EXPECT_EQ(watch.summarize(map).free.num_cuboids, num_free);
+  EXPECT_EQ(watch.summarize(map).cuboids.free, num_free);
   now_s += 20.0;
-  EXPECT_EQ(watch.summarize(map).free.num_cuboids, summarize(map).free.num_cuboids)
-      << "a twentieth of the time";
+  EXPECT_EQ(watch.summarize(map).cuboids.free, countCuboids(map).free) << "a twentieth of the time";
   const double before_s = now_s;
   now_s += 100.0;
   (void)watch.summarize(map);
@@ -303,7 +302,7 @@ TEST(Diagnostics, EveryReasonHasItsOwnKeyAndAdvice) {
   for (std::size_t i = 0; i < kNumDropReasons; ++i) report.statistics.num_dropped[i] = i + 1;
   report.statistics.convert_time.add(1.0);
   report.statistics.convert_time.add(4.0);
-  report.map = {77, {5, 50.0}, {6, 6e10}, 8000};
+  report.map = {77, {5, 6}, 50.0, 6e10, 8000};
   report.num_built = 31;
   report.frame_id = "map";
   report.last_cloud = LastCloud{"lidar", 0.125, "", std::nullopt};

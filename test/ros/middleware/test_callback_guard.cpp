@@ -155,9 +155,7 @@ TEST(CallbackGuard, NodeHandlesAreMadeOfOthersOnly) {
 
 TEST(CallbackGuard, ThreadsAreGuarded) {
   EXPECT_EQ(filesWith(R"(AsyncSpinner|MultiThreadedSpinner)"), Files{"callback_guard.h"});
-  EXPECT_EQ(filesWith(R"(std::thread [a-z]|std::thread\(|std::async|boost::thread)"),
-            Files{"callback_guard.h"})
-      << "of GuardedLoop";
+  EXPECT_EQ(filesWith(R"(std::thread [a-z]|std::thread\(|std::async|boost::thread)"), Files{});
   EXPECT_EQ(filesWith(R"(ros::spin\b)"), Files{"mapping_node_main.cpp"});
 }
 

@@ -22,7 +22,7 @@ std::vector<ShownCube> showJoined(const std::vector<UniformBox>& boxes) {
   map.replace(cuboid_mapping::kAllCells, boxes);
   NodeParameters parameters;
   parameters.markers_are_joined = true;
-  MarkerCache cache(cuboid_mapping::Grid(0.1), makeOccupiedStyle(parameters));
+  MarkerCache cache(cuboid_mapping::Grid(0.1), makeStyle(parameters, CuboidFilter::kOccupied));
   MarkerViewer viewer;
   viewer.apply(cache.update(map, {}));
   return viewer.cubes();

@@ -47,7 +47,8 @@ std::vector<MarkerStyle> allStyles() {
   by_height.color_period_m = 3.0;
   MarkerStyle by_probability;
   by_probability.color_by = ColorBy::kProbability;
-  std::vector<MarkerStyle> styles{by_height, by_probability, makeFreeStyle(NodeParameters())};
+  std::vector<MarkerStyle> styles{by_height, by_probability,
+                                  makeStyle(NodeParameters(), CuboidFilter::kFree)};
   for (std::size_t i = 0; i < 3; ++i) {
     styles.push_back(styles[i]);
     styles.back().are_joined = true;
@@ -284,8 +285,8 @@ ChangeSet insert(const UniformBox& box, CuboidMap& map) { return map.replace(box
 TEST(MarkerCache, ShowsEveryVoxelOfItsClassOnce) {
   Random random(60);
   Drive drive(random, FusionKind::kClass);
-  for (const MarkerStyle& style :
-       {makeOccupiedStyle(NodeParameters()), makeFreeStyle(NodeParameters())}) {
+  for (const MarkerStyle& style : {makeStyle(NodeParameters(), CuboidFilter::kOccupied),
+                                   makeStyle(NodeParameters(), CuboidFilter::kFree)}) {
     MarkerCache cache(drive.map().grid(), style);
     MarkerViewer viewer;
     for (int step = 0; step < 40; ++step) {

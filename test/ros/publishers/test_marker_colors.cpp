@@ -59,7 +59,7 @@ TEST(MarkerColors, FreeSpaceIsTranslucent) {
 }
 
 TEST(MarkerColors, OfASpanRunOnceFromBlueToRed) {
-  const HeightSpan span{-2.0, 6.0};
+  const HeightRange span{-2.0, 6.0};
   expectColor(toSpanColor(-2.0, span), 0, 0, 1);
   expectColor(toSpanColor(-50.0, span), 0, 0, 1);
   expectColor(toSpanColor(2.0, span), 0, 1, 0);
@@ -68,7 +68,7 @@ TEST(MarkerColors, OfASpanRunOnceFromBlueToRed) {
 }
 
 TEST(MarkerColors, ASpanIsAnotherOneWhenAnEndHasMovedByATenthOfIt) {
-  const HeightSpan shown{0.0, 10.0};
+  const HeightRange shown{0.0, 10.0};
   EXPECT_FALSE(isOtherSpan({0.9, 10.9}, shown));
   EXPECT_TRUE(isOtherSpan({-1.1, 10.0}, shown));
   EXPECT_TRUE(isOtherSpan({0.0, 11.1}, shown));

@@ -97,8 +97,8 @@ ReportLevel levelOfFault(const NodeReport& report) {
 }
 
 std::string describeMap(const NodeReport& report) {
-  return counted(report.map.free.num_cuboids + report.map.occupied.num_cuboids, "cuboid") +
-         " from " + counted(report.statistics.num_inserted, "cloud");
+  return counted(report.map.cuboids.total(), "cuboid") + " from " +
+         counted(report.statistics.num_inserted, "cloud");
 }
 
 ReportSummary summarizeSilence(const NodeReport& report) {
@@ -131,16 +131,6 @@ void addStage(const char* name, const StageTime& time,
   status.addf(prefix + "last [ms]", "%.3f", time.lastMs());
   status.addf(prefix + "mean [ms]", "%.3f", time.meanMs());
   status.addf(prefix + "max [ms]", "%.3f", time.maxMs());
-}
-
-/// All figures except the counts of cuboids.
-MapSummary readFigures(const CuboidMap& map) {
-  MapSummary summary;
-  summary.revision = map.revision();
-  summary.num_bytes = map.numBytes();
-  summary.free.num_voxels = map.voxels().numFreeVoxels();
-  summary.occupied.num_voxels = map.voxels().numOccupiedVoxels();
-  return summary;
 }
 
 void addLastCloud(const NodeReport& report, diagnostic_updater::DiagnosticStatusWrapper& status) {
@@ -183,30 +173,17 @@ void addKept(const NodeReport& report, diagnostic_updater::DiagnosticStatusWrapp
 
 }  // namespace
 
-MapSummary summarize(const CuboidMap& map) {
-  MapSummary summary = readFigures(map);
-  const CuboidCounts counts = countCuboids(map);
-  summary.free.num_cuboids = counts.free;
-  summary.occupied.num_cuboids = counts.occupied;
-  return summary;
-}
-
-MapWatch::MapWatch(ClockS clock_s) : clock_s_(std::move(clock_s)) {}
-
 MapSummary MapWatch::summarize(const CuboidMap& map) {
   constexpr double kShare = 0.05;
-  MapSummary summary = readFigures(map);
-  const bool is_same = has_counted_ && counted_.revision == summary.revision;
   const double begin_s = clock_s_();
-  if (!is_same && begin_s >= next_count_s_) {
-    counted_ = cuboid_mapping_ros::summarize(map);
-    has_counted_ = true;
+  if (counted_revision_ != map.revision() && begin_s >= next_count_s_) {
+    counts_ = countCuboids(map);
+    counted_revision_ = map.revision();
     const double end_s = clock_s_();
     next_count_s_ = end_s + (end_s - begin_s) / kShare;
   }
-  summary.free.num_cuboids = counted_.free.num_cuboids;
-  summary.occupied.num_cuboids = counted_.occupied.num_cuboids;
-  return summary;
+  return {map.revision(), counts_, map.voxels().numFreeVoxels(), map.voxels().numOccupiedVoxels(),
+          map.numBytes()};
 }
 
 ReportSummary summarize(const NodeReport& report, const NodeStatistics& last_report) {
@@ -339,10 +316,10 @@ void fillStatus(const NodeReport& report, const NodeStatistics& last_report,
   addStage("convert", statistics.convert_time, status);
   addStage("ray walk", statistics.ray_walk_time, status);
   addStage("apply", statistics.apply_time, status);
-  status.add("cuboids free", report.map.free.num_cuboids);
-  status.add("cuboids occupied", report.map.occupied.num_cuboids);
-  status.addf("voxels free", "%.0f", report.map.free.num_voxels);
-  status.addf("voxels occupied", "%.0f", report.map.occupied.num_voxels);
+  status.add("cuboids free", report.map.cuboids.free);
+  status.add("cuboids occupied", report.map.cuboids.occupied);
+  status.addf("voxels free", "%.0f", report.map.num_free_voxels);
+  status.addf("voxels occupied", "%.0f", report.map.num_occupied_voxels);
   status.add("map bytes", report.map.num_bytes);
   status.add("map revision", report.map.revision);
   if (report.window) addWindow(report, status);

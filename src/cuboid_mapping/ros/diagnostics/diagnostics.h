@@ -2,7 +2,7 @@
 #pragma once
 
 #include "cuboid_mapping/history/map_history.h"
-#include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/map/cuboid_search.h"
 #include "cuboid_mapping/ros/diagnostics/node_statistics.h"
 #include "cuboid_mapping/ros/middleware/core_names.h"
 #include "cuboid_mapping/window/map_window.h"
@@ -14,26 +14,19 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace cuboid_mapping_ros {
 
-/// Extent of the cuboids of one class.
-struct ClassSummary {
-  std::size_t num_cuboids = 0;
-  double num_voxels = 0.0;
-};
-
 /// Figures of the map for the diagnostics.
 struct MapSummary {
   std::uint64_t revision = 0;
-  ClassSummary free;
-  ClassSummary occupied;
+  CuboidCounts cuboids;
+  double num_free_voxels = 0.0;
+  double num_occupied_voxels = 0.0;
   std::size_t num_bytes = 0;  ///< Size of voxels and R-tree.
 };
-
-/// Figures of the map. @complexity O(n).
-[[nodiscard]] MapSummary summarize(const CuboidMap& map);
 
 /// Summaries of a changing map, for successive reports.
 ///
@@ -44,15 +37,15 @@ class MapWatch {
   using ClockS = std::function<double()>;
 
   /// @param clock_s  Seconds of a clock that does not jump.
-  explicit MapWatch(ClockS clock_s);
+  explicit MapWatch(ClockS clock_s) : clock_s_(std::move(clock_s)) {}
 
   /// @complexity O(n) if cuboids are counted.
   [[nodiscard]] MapSummary summarize(const CuboidMap& map);
 
  private:
   ClockS clock_s_;
-  MapSummary counted_;
-  bool has_counted_ = false;
+  CuboidCounts counts_;
+  std::optional<std::uint64_t> counted_revision_;
   double next_count_s_ = 0.0;
 };
 

@@ -6,14 +6,10 @@
 #include <ros/node_handle.h>
 #include <ros/spinner.h>
 
-#include <chrono>
 #include <cstdint>
 #include <exception>
-#include <functional>
 #include <mutex>
 #include <string>
-#include <thread>
-#include <utility>
 
 namespace cuboid_mapping_ros {
 
@@ -94,37 +90,6 @@ class GuardedThread {
   ros::CallbackQueue callbacks_;
   GuardedQueue queue_;
   ros::AsyncSpinner spinner_;  ///< Last member: its thread ends before the queue is destroyed.
-};
-
-/// A thread that repeats a piece of work, each time within a guard.
-class GuardedLoop {
- public:
-  /// @param guard  Must outlive this object. @param work  Returns false to end.
-  GuardedLoop(CallbackGuard& guard, std::string name, std::function<bool()> work)
-      : guard_(guard), name_(std::move(name)), work_(std::move(work)) {}
-
-  void start() {
-    thread_ = std::thread([this] { run(); });
-  }
-  /// Waits until the work has ended.
-  void join() {
-    if (thread_.joinable()) thread_.join();
-  }
-
- private:
-  void run() noexcept {
-    const std::chrono::milliseconds pause_after_failure(10);
-    for (bool goes_on = true; goes_on;) {
-      if (!guard_.run(name_, [&] { goes_on = work_(); })) {
-        std::this_thread::sleep_for(pause_after_failure);
-      }
-    }
-  }
-
-  CallbackGuard& guard_;
-  std::string name_;
-  std::function<bool()> work_;
-  std::thread thread_;
 };
 
 /// A copy of the handle that uses the queue for callbacks.

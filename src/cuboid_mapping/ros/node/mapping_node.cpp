@@ -19,12 +19,6 @@ namespace {
 /// Number of service calls that run in parallel, so that a long call does not block the others.
 constexpr std::uint32_t kQueryThreads = 4;
 
-MarkerTopic makeTopic(const char* name, const MarkerStyle& style,
-                      const NodeParameters& parameters) {
-  return {name, withoutSlash(parameters.frame_id), parameters.latch, parameters.keyframe_period_s,
-          style};
-}
-
 }  // namespace
 
 MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh,
@@ -51,18 +45,17 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
       map_publisher_(withQueue(nh_, publish_thread_.queue()),
                      withQueue(private_nh_, publish_thread_.queue()), parameters, map_),
       observation_publisher_(nh_, private_nh_, parameters),
-      occupied_publisher_(
-          withQueue(nh_, publish_thread_.queue()),
-          makeTopic(kOccupiedCuboidsTopic, makeOccupiedStyle(parameters), parameters), map_),
-      free_publisher_(withQueue(nh_, publish_thread_.queue()),
-                      makeTopic(kFreeCuboidsTopic, makeFreeStyle(parameters), parameters), map_),
+      occupied_publisher_(withQueue(nh_, publish_thread_.queue()), CuboidFilter::kOccupied,
+                          parameters, map_),
+      free_publisher_(withQueue(nh_, publish_thread_.queue()), CuboidFilter::kFree, parameters,
+                      map_),
       octomap_server_(nh_, private_nh_, parameters, map_,
                       {publish_thread_.queue(), query_threads_.queue()}),
       diagnostics_(nh_, private_nh_, private_nh_.getNamespace()),
       map_in_frame_{map_, parameters.frame_id, tf_buffer_, parameters.service_limits,
                     &is_stopping_},
       buffer_(makeCloudLimits(parameters), bufferCallbacks()),
-      mapping_thread_(guard_, "clouds", [this] { return mapNextCloud(); }) {
+      mapping_thread_(guard_, "clouds") {
   beginWith(start_map);
   advertiseServices();
   map_files_.emplace(withQueue(private_nh_, action_thread_.queue()), parameters, map_, guard_);
@@ -73,7 +66,10 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
                          guard_, [this] { onCorrected(); });
   }
   if (!parameters.robot_grid.frame_id.empty()) {
-    robot_grid_.emplace(withQueue(nh_, publish_thread_.queue()), parameters, map_, tf_buffer_);
+    const GridPublisher::Options options{kRobotGridTopic, kRobotGridUpdatesTopic, parameters.latch,
+                                         parameters.keyframe_period_s};
+    robot_grid_.emplace(withQueue(nh_, publish_thread_.queue()), options,
+                        [this] { return findRobotGrid(map_, tf_buffer_, parameters_); });
   }
   publish_timer_ = startTimer(withQueue(nh_, publish_thread_.queue()),
                               1.0 / parameters.publish_rate_hz, [this] { publish(); });
@@ -83,6 +79,7 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
   edit_threads_.start();
   action_thread_.start();
   publish_thread_.start();
+  post(mapping_thread_.queue(), this, [this] { mapClouds(); });
   mapping_thread_.start();
 }
 
@@ -110,7 +107,7 @@ MappingNode::~MappingNode() {
   sources_.stopListening();
   if (merger_) merger_->stopAsking();
   buffer_.stop();
-  mapping_thread_.join();
+  mapping_thread_.stop();
   corrections_.reset();
   for (GuardedThread* thread : {&receiving_thread_, &tf_thread_, &query_threads_, &edit_threads_,
                                 &asking_threads_, &action_thread_, &publish_thread_}) {
@@ -197,6 +194,13 @@ CloudBuffer::FindPoses MappingNode::makeSearch(const NodeParameters& parameters)
   };
 }
 
+void MappingNode::mapClouds() {
+  for (bool goes_on = true; goes_on;) {
+    const bool is_done = guard_.run("clouds", [&] { goes_on = mapNextCloud(); });
+    if (!is_done) ros::WallDuration(0.01).sleep();
+  }
+}
+
 bool MappingNode::mapNextCloud() {
   const auto cloud = buffer_.waitNext();
   if (!cloud) return false;
@@ -273,9 +277,11 @@ void MappingNode::reconfigure(const NodeParameters& parameters) {
   buffer_.setSearch(makeSearch(parameters));
   map_.edit([&](CuboidMap& map) { return map.setSensorModel(parameters.source.sensor_model); });
   map_.saveHead();
-  has_color_span_ = parameters.color_period_m == 0.0;
-  occupied_publisher_.setColors(parameters.color_by, parameters.color_period_m);
-  octomap_server_.setParameters(parameters.octomap_server);
+  post(publish_thread_.queue(), this, [this, parameters] {
+    has_color_span_ = parameters.color_period_m == 0.0;
+    occupied_publisher_.setColors(parameters.color_by, parameters.color_period_m);
+    octomap_server_.setParameters(parameters.octomap_server);
+  });
   publish_timer_.setPeriod(ros::WallDuration(1.0 / parameters.publish_rate_hz), false);
 }
 
@@ -286,8 +292,7 @@ void MappingNode::updateColorSpan() {
     color_span_.reset();
     return;
   }
-  const auto heights = map_.read([](const CuboidMap& map) { return findHeightRange(map); });
-  const HeightSpan span{heights.min_m, heights.max_m};
+  const auto span = map_.read([](const CuboidMap& map) { return findHeightRange(map); });
   if (color_span_ && !isOtherSpan(span, *color_span_)) return;
   color_span_ = span;
   occupied_publisher_.setColorSpan(span);
@@ -318,7 +323,11 @@ void MappingNode::publish() {
     octomap_server_.noteChanges(changes);
     octomap_server_.publish();
   });
-  if (robot_grid_) guard_.run(kRobotGridTopic, [&] { robot_grid_->publish(); });
+  guard_.run(kRobotGridTopic, [&] {
+    if (!robot_grid_) return;
+    robot_grid_->publish();
+    robot_grid_->publishKeyframe();
+  });
 }
 
 void MappingNode::drop(std::size_t source, DropReason reason) noexcept {

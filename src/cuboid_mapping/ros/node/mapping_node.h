@@ -74,6 +74,8 @@ class MappingNode {
   [[nodiscard]] CloudBuffer::FindPoses makeSearch(const NodeParameters& parameters);
   void startDiagnostics();
   void subscribe();
+  /// Puts clouds into the map until the node ends.
+  void mapClouds();
   /// Waits for a cloud and puts it into the map. @return false when the node ends.
   bool mapNextCloud();
   void onCloudInTurn(const SensorMessage& cloud, const CloudPoses& poses);
@@ -139,10 +141,10 @@ class MappingNode {
   bool has_warned_of_silence_ = false;
   std::uint64_t num_reported_failures_ = 0;
   std::uint64_t num_reported_window_failures_ = 0;
-  std::atomic<bool> has_color_span_;      ///< True if color_period is 0.
-  std::optional<HeightSpan> color_span_;  ///< Current span; used by the publishing thread.
-  MapWatch map_watch_{
-      [] { return std::chrono::duration<double>(Clock::now().time_since_epoch()).count(); }};
+  // Used by the publishing thread.
+  bool has_color_span_;                    ///< True if color_period is 0.
+  std::optional<HeightRange> color_span_;  ///< Current span.
+  MapWatch map_watch_{steadySeconds};
 
   ros::Publisher moving_points_;  ///< Only with the parameter moving_points.
   MapPublisher map_publisher_;
@@ -159,7 +161,7 @@ class MappingNode {
   MapInFrame map_in_frame_;
   std::vector<ros::ServiceServer> servers_;
   std::atomic<bool> is_paused_{false};
-  std::optional<RobotGrid> robot_grid_;  ///< Only with a frame for it.
+  std::optional<GridPublisher> robot_grid_;  ///< Only with a frame for it.
   CloudBuffer buffer_;
   boost::signals2::scoped_connection tf_changes_;
   std::optional<RobotMerger> merger_;
@@ -168,7 +170,7 @@ class MappingNode {
   std::optional<PoseCorrections> corrections_;  ///< Only with keep_clouds.
   std::optional<LongCall<MoveMap, MoveMapAction>> move_call_;
   std::optional<TfReceiver> tf_receiver_;
-  GuardedLoop mapping_thread_;
+  GuardedThread mapping_thread_;
 };
 
 }  // namespace cuboid_mapping_ros

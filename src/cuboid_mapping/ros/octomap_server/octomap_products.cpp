@@ -85,29 +85,19 @@ std::array<OctreeLeaf, 8> childrenOf(const OctreeLeaf& leaf) {
   return children;
 }
 
-/// Colours by height, from the lowest to the highest face of the known voxels.
-class HeightColors {
- public:
-  HeightColors(const MapSnapshot& map, double color_factor) : color_factor_(color_factor) {
-    for (const VoxelBrick& brick : map.bricks) {
-      for (int z = 0; z < kBrickEdge; ++z) {
-        if (brick.voxels.known()[z] == 0) continue;
-        min_m_ = std::min(min_m_, (brick.brick.z + z) * map.resolution_m);
-        max_m_ = std::max(max_m_, (brick.brick.z + z + 1) * map.resolution_m);
-      }
+/// From the lowest to the highest face of the known voxels; infinite without any.
+HeightRange findHeights(const MapSnapshot& map) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  HeightRange heights{kInfinity, -kInfinity};
+  for (const VoxelBrick& brick : map.bricks) {
+    for (int z = 0; z < kBrickEdge; ++z) {
+      if (brick.voxels.known()[z] == 0) continue;
+      heights.min_m = std::min(heights.min_m, (brick.brick.z + z) * map.resolution_m);
+      heights.max_m = std::max(heights.max_m, (brick.brick.z + z + 1) * map.resolution_m);
     }
   }
-
-  /// @pre A known voxel has this height.
-  [[nodiscard]] std_msgs::ColorRGBA at(double z_m) const {
-    return toHueColor((max_m_ - z_m) / (max_m_ - min_m_) * color_factor_);
-  }
-
- private:
-  double color_factor_;
-  double min_m_ = std::numeric_limits<double>::infinity();
-  double max_m_ = -std::numeric_limits<double>::infinity();
-};
+  return heights;
+}
 
 std::vector<visualization_msgs::Marker> makeEmptyMarkers(double resolution_m,
                                                          const std_msgs::Header& header) {
@@ -193,12 +183,14 @@ visualization_msgs::MarkerArray toCellMarkers(const MapSnapshot& map, ShownCells
   array.markers = makeEmptyMarkers(map.resolution_m, header);
   const bool is_occupied = cells == ShownCells::kOccupied;
   const bool is_by_height = is_occupied && parameters.is_height_map;
-  const HeightColors heights(map, parameters.color_factor);
+  const HeightRange heights = findHeights(map);
   for (const OctreeLeaf& leaf : shown.leaves) {
     visualization_msgs::Marker& marker = array.markers[static_cast<std::size_t>(leaf.depth)];
     const Eigen::Vector3d center = centerOf(leaf, map.resolution_m);
     marker.points.push_back(toPoint(center - anchor));
-    if (is_by_height) marker.colors.push_back(heights.at(center.z()));
+    if (!is_by_height) continue;
+    const double share = (heights.max_m - center.z()) / (heights.max_m - heights.min_m);
+    marker.colors.push_back(toHueColor(share * parameters.color_factor));
   }
   for (visualization_msgs::Marker& marker : array.markers) {
     marker.pose.position = toPoint(anchor);

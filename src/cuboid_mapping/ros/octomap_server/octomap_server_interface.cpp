@@ -190,16 +190,8 @@ ros::Time OctomapServerInterface::stampOf(const ros::Time& cloud) const {
 }
 
 void OctomapServerInterface::setParameters(const OctomapServerParameters& parameters) {
-  const std::lock_guard<std::mutex> lock(pending_mutex_);
-  pending_ = parameters;
-}
-
-void OctomapServerInterface::takePendingParameters() {
-  const std::lock_guard<std::mutex> lock(pending_mutex_);
-  if (!pending_) return;
-  parameters_ = *pending_;
+  parameters_ = parameters;
   projection_ = ProjectedMap(parameters_);
-  pending_.reset();
   setAllDue();
 }
 
@@ -208,7 +200,6 @@ void OctomapServerInterface::setAllDue() {
 }
 
 void OctomapServerInterface::publish() {
-  takePendingParameters();
   views_ = {};
   for (Topic& topic : topics_) {
     if (topic.is_due) topic.is_due = !guard_.run(topic.name, topic.publish);  // The others go on.

@@ -72,7 +72,7 @@ class OctomapServerInterface {
   /// Notes a change; call it for every change of the R-tree.
   void noteChanges(const ChangeSet& changes);
 
-  /// Sets other parameters for the next publish(). Thread-safe.
+  /// Sets other parameters for the next publish().
   void setParameters(const OctomapServerParameters& parameters);
 
   /// Publishes changed topics that have subscribers.
@@ -93,7 +93,6 @@ class OctomapServerInterface {
   void advertise(const ros::NodeHandle& nh, const char* name, std::function<MessageT()> make);
   void advertiseTopics(const NodeParameters& parameters, const ros::NodeHandle& nh);
   void advertiseServices(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh);
-  void takePendingParameters();
   void setAllDue();
   [[nodiscard]] bool hasContent() const;
   /// Stamp of a message: the last cloud's, or, as in octomap_server, the time of a later edit or of a loaded
@@ -119,8 +118,6 @@ class OctomapServerInterface {
   ros::Time edited_;                             ///< Time of an edit since then; 0: none.
   std::array<std::optional<MapView>, 2> views_;  ///< Without and with removed speckles.
   std::atomic<std::uint64_t> num_built_{0};
-  std::mutex pending_mutex_;
-  std::optional<OctomapServerParameters> pending_;  ///< Parameters for the next publish().
   std::vector<ros::ServiceServer> servers_;
   // Last members: their callbacks end before the others are destroyed.
   std::optional<GridPublisher> projection_publisher_;

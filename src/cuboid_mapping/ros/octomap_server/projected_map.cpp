@@ -12,17 +12,6 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-/// Visits the least cells of the tiles below a box. @param margin  Cells around the box.
-template <typename VisitorT>
-void visitTiles(const CellBox& box, std::int32_t margin, VisitorT visit) {
-  const Cell first = brickOf(box.min - Cell{margin, margin, 0});
-  for (std::int32_t y = first.y; y < box.max.y + margin; y += kBrickEdge) {
-    for (std::int32_t x = first.x; x < box.max.x + margin; x += kBrickEdge) {
-      visit(Cell{x, y, 0});
-    }
-  }
-}
-
 /// Extent of the known cells of a tile.
 template <typename TileT>
 CellBox boundsOf(const Cell& tile, const TileT& values) {
@@ -74,19 +63,17 @@ void layOut(const CellBox& extent, double resolution_m, nav_msgs::OccupancyGrid&
 }
 
 void ProjectedMap::noteChanges(const ChangeSet& changes) {
-  if (changes.is_everything) release();
+  if (changes.is_everything) *this = ProjectedMap(parameters_);
   if (is_everything_dirty_) return;
   // Voxels beside a change may have become speckles, or stopped being speckles.
   for (const ChangedBrick& changed : changes.bricks) {
     if (!changed.has_new_cuboids) continue;
-    visitTiles(brickBox(changed.brick), 1, [this](const Cell& tile) { dirty_.insert(tile); });
+    for (const std::int32_t y : {-kTileEdge, 0, kTileEdge}) {
+      for (const std::int32_t x : {-kTileEdge, 0, kTileEdge}) {
+        dirty_.insert({changed.brick.x + x, changed.brick.y + y, 0});
+      }
+    }
   }
-}
-
-void ProjectedMap::release() {
-  tiles_ = Tiles();
-  dirty_.clear();
-  is_everything_dirty_ = true;
 }
 
 void ProjectedMap::update(const CuboidMap& map) {

@@ -55,9 +55,6 @@ class ProjectedMap {
   [[nodiscard]] nav_msgs::OccupancyGrid makeGrid(const std_msgs::Header& header,
                                                  double resolution_m, FarTiles& far) const;
 
-  /// Forgets everything and frees the memory; the next update() reads the whole map.
-  void release();
-
  private:
   static constexpr std::int32_t kTileEdge = 8;
   using Tile = std::array<std::int8_t, kTileEdge * kTileEdge>;

@@ -55,33 +55,20 @@ nav_msgs::OccupancyGrid makeRobotGrid(const CuboidMap& map, const RobotGridParam
   return grid;
 }
 
-RobotGrid::RobotGrid(const ros::NodeHandle& nh, const NodeParameters& parameters,
-                     const GuardedMap& map, const tf2::BufferCore& buffer)
-    : frame_id_(withoutSlash(parameters.frame_id)),
-      parameters_(parameters.robot_grid),
-      map_(map),
-      buffer_(buffer),
-      publisher_(
-          nh,
-          {kRobotGridTopic, kRobotGridUpdatesTopic, parameters.latch, parameters.keyframe_period_s},
-          [this] { return makeGrid(); }) {}
-
-void RobotGrid::publish() {
-  publisher_.publish();
-  publisher_.publishKeyframe();
-}
-
-std::optional<nav_msgs::OccupancyGrid> RobotGrid::makeGrid() const {
-  const TfLookup lookup = lookupTransform(buffer_, frame_id_, parameters_.frame_id, ros::Time());
+std::optional<nav_msgs::OccupancyGrid> findRobotGrid(const GuardedMap& map,
+                                                     const tf2::BufferCore& buffer,
+                                                     const NodeParameters& parameters) {
+  const RobotGridParameters& options = parameters.robot_grid;
+  const std::string frame_id = withoutSlash(parameters.frame_id);
+  const TfLookup lookup = lookupTransform(buffer, frame_id, options.frame_id, ros::Time());
   if (!lookup.T_target_source) {
     ROS_WARN_STREAM_THROTTLE_NAMED(kGridLogPeriod_s, kNodeName,
                                    "no " << kRobotGridTopic << ": " << lookup.error);
     return std::nullopt;
   }
-  const Eigen::Vector3d robot_map = lookup.T_target_source->translation();
-  return map_.read([&](const CuboidMap& map, const ros::Time& stamp) {
-    nav_msgs::OccupancyGrid grid = makeRobotGrid(map, parameters_, robot_map);
-    grid.header.frame_id = frame_id_;
+  return map.read([&](const CuboidMap& content, const ros::Time& stamp) {
+    auto grid = makeRobotGrid(content, options, lookup.T_target_source->translation());
+    grid.header.frame_id = frame_id;
     grid.header.stamp = grid.info.map_load_time = stamp;
     return grid;
   });

@@ -27,29 +27,8 @@ namespace cuboid_mapping_ros {
                                                     const RobotGridParameters& parameters,
                                                     const Eigen::Vector3d& robot_map);
 
-/// The topics robot_grid and robot_grid_updates: a grid that follows the robot.
-///
-/// See GridPublisher: the whole grid is sent when it has moved.
-/// Thread rule: all calls, and the queue of the node handle, belong to one thread.
-class RobotGrid {
- public:
-  /// @param nh  Handle with the queue of the thread. @param map, buffer  Must outlive this object.
-  RobotGrid(const ros::NodeHandle& nh, const NodeParameters& parameters, const GuardedMap& map,
-            const tf2::BufferCore& buffer);
-  RobotGrid(const RobotGrid&) = delete;
-  RobotGrid& operator=(const RobotGrid&) = delete;
-
-  /// Publishes the grid if there are subscribers and a transform.
-  void publish();
-
- private:
-  [[nodiscard]] std::optional<nav_msgs::OccupancyGrid> makeGrid() const;
-
-  std::string frame_id_;
-  RobotGridParameters parameters_;
-  const GuardedMap& map_;
-  const tf2::BufferCore& buffer_;
-  GridPublisher publisher_;  ///< Last member: its callbacks use the others.
-};
+/// Grid of the map for the topic robot_grid; nothing, and a warning, without a transform of the robot's frame.
+[[nodiscard]] std::optional<nav_msgs::OccupancyGrid> findRobotGrid(
+    const GuardedMap& map, const tf2::BufferCore& buffer, const NodeParameters& parameters);
 
 }  // namespace cuboid_mapping_ros

@@ -2,12 +2,12 @@
 #include "cuboid_mapping/ros/publishers/marker_cache.h"
 
 #include "cuboid_mapping/boxes/joined_cuboids.h"
+#include "cuboid_mapping/geometry/page.h"
 #include "cuboid_mapping/query/value_query.h"
 #include "cuboid_mapping/ros/conversions/points.h"
 
 #include <algorithm>
 #include <cstddef>
-#include <iterator>
 #include <utility>
 
 namespace cuboid_mapping_ros {
@@ -18,16 +18,7 @@ using visualization_msgs::MarkerArray;
 
 constexpr std::int32_t kEdge = kBrickEdge;
 
-Cell chunkOf(const Cell& cell) {
-  constexpr std::int32_t kMask = ~(MarkerCache::kChunkEdge - 1);
-  return {cell.x & kMask, cell.y & kMask, cell.z & kMask};
-}
-
-CellBox chunkBox(const Cell& chunk) {
-  constexpr std::int32_t kSize = MarkerCache::kChunkEdge;
-  return {chunk, chunk + Cell{kSize, kSize, kSize}};
-}
-
+static_assert(MarkerCache::kNumLengths == kEdge + kPageEdge / kEdge - 1);
 int toLengthId(std::int32_t length) { return length <= kEdge ? length - 1 : length / kEdge + 6; }
 
 std::int32_t toLength(int length_id) {
@@ -54,18 +45,11 @@ std::int32_t endOfPiece(std::int32_t begin, std::int32_t end, bool is_joined) {
 
 }  // namespace
 
-MarkerStyle makeOccupiedStyle(const NodeParameters& parameters) {
+MarkerStyle makeStyle(const NodeParameters& parameters, CuboidFilter filter) {
   MarkerStyle style;
+  style.filter = filter;
   style.color_by = parameters.color_by;
   style.color_period_m = parameters.color_period_m;
-  style.are_joined = parameters.markers_are_joined;
-  return style;
-}
-
-MarkerStyle makeFreeStyle(const NodeParameters& parameters) {
-  MarkerStyle style;
-  style.filter = CuboidFilter::kFree;
-  style.marker_namespace = "free";
   style.are_joined = parameters.markers_are_joined;
   return style;
 }
@@ -80,14 +64,14 @@ void MarkerCache::noteChanges(const ChangeSet& changes) {
     return;
   }
   for (const ChangedBrick& changed : changes.bricks) {
-    if (changed.has_new_cuboids || showsProbability()) dirty_.insert(chunkOf(changed.brick));
+    if (changed.has_new_cuboids || showsProbability()) dirty_.insert(pageOf(changed.brick));
   }
 }
 
 void MarkerCache::read(const CuboidMap& map) {
   if (is_everything_dirty_) markEverything(map);
   moveAnchor(map);
-  for (const Cell& chunk : dirty_) readChunk(map, chunk);
+  for (const Cell& page : dirty_) readPage(map, page);
   is_everything_dirty_ = false;
   dirty_.clear();
 }
@@ -106,7 +90,7 @@ void MarkerCache::markLists() {
   }
 }
 
-void MarkerCache::setColorSpan(const std::optional<HeightSpan>& span) {
+void MarkerCache::setColorSpan(const std::optional<HeightRange>& span) {
   style_.color_span = span;
   if (style_.color_by == ColorBy::kHeight) markLists();
 }
@@ -138,13 +122,7 @@ MarkerArray MarkerCache::makePicture(const std_msgs::Header& header) const {
   return array;
 }
 
-void MarkerCache::release() {
-  for (CubesByChunk& chunks : cubes_) chunks.clear();
-  sizes_in_chunk_.clear();
-  dirty_.clear();
-  is_everything_dirty_ = true;
-  changed_.reset();
-}
+void MarkerCache::release() { *this = MarkerCache(grid_, style_); }
 
 void MarkerCache::appendCubes(const CellBox& box, float probability,
                               std::vector<SizedCube>& cubes) const {
@@ -163,8 +141,8 @@ void MarkerCache::appendCubes(const CellBox& box, float probability,
   }
 }
 
-void MarkerCache::readChunk(const CuboidMap& map, const Cell& chunk) {
-  const CellBox box = chunkBox(chunk);
+void MarkerCache::readPage(const CuboidMap& map, const Cell& page) {
+  const CellBox box = pageBox(page);
   std::vector<SizedCube> cubes;
   const auto add = [&](const Cuboid& cuboid) {
     if (!box.contains(cuboid.box.min)) return Visit::kContinue;
@@ -178,7 +156,7 @@ void MarkerCache::readChunk(const CuboidMap& map, const Cell& chunk) {
   } else {
     visitBox(map, box, style_.filter, add);
   }
-  replaceChunk(chunk, std::move(cubes), changed_);
+  replacePage(page, std::move(cubes));
 }
 
 /// Follows the map, which may be empty at the first reading, and grow far.
@@ -191,61 +169,52 @@ void MarkerCache::moveAnchor(const CuboidMap& map) {
   markLists();
 }
 
-/// Marks all chunks that have, or had, cubes.
+/// Marks all pages that have, or had, cubes.
 void MarkerCache::markEverything(const CuboidMap& map) {
-  for (const auto& [chunk, sizes] : sizes_in_chunk_) dirty_.insert(chunk);
-  map.voxels().forEach([this](const VoxelBrick& brick) { dirty_.insert(chunkOf(brick.brick)); });
+  for (const CubesByPage& pages : cubes_) {
+    for (const auto& [page, cubes] : pages) dirty_.insert(page);
+  }
+  map.voxels().forEach([this](const VoxelBrick& brick) { dirty_.insert(pageOf(brick.brick)); });
 }
 
-void MarkerCache::replaceChunk(const Cell& chunk, std::vector<SizedCube> cubes, SizeSet& changed) {
+void MarkerCache::replacePage(const Cell& page, std::vector<SizedCube> cubes) {
   // The order depends on the cubes only, so unchanged markers compare equal.
   std::sort(cubes.begin(), cubes.end(), [](const SizedCube& a, const SizedCube& b) {
     return a.size_id != b.size_id ? a.size_id < b.size_id : a.cube.min < b.cube.min;
   });
-  std::vector<int> sizes;
-  for (auto first = cubes.cbegin(); first != cubes.cend();) {
-    const int size_id = first->size_id;
+  auto first = cubes.cbegin();
+  for (std::size_t size_id = 0; size_id < cubes_.size(); ++size_id) {
     std::vector<Cube> list;
-    for (; first != cubes.cend() && first->size_id == size_id; ++first) list.push_back(first->cube);
-    sizes.push_back(size_id);
-    replaceList(size_id, chunk, std::move(list), changed);
+    for (; first != cubes.cend() && first->size_id == static_cast<int>(size_id); ++first) {
+      list.push_back(first->cube);
+    }
+    CubesByPage& pages = cubes_[size_id];
+    const auto known = pages.find(page);
+    if (known == pages.end() ? list.empty() : known->second == list) continue;
+    changed_.set(size_id);
+    if (list.empty()) {
+      pages.erase(known);
+    } else {
+      pages[page] = std::move(list);
+    }
   }
-
-  std::vector<int>& known_sizes = sizes_in_chunk_[chunk];
-  std::vector<int> vanished;
-  std::set_difference(known_sizes.begin(), known_sizes.end(), sizes.begin(), sizes.end(),
-                      std::back_inserter(vanished));
-  for (const int size_id : vanished) {
-    cubes_[static_cast<std::size_t>(size_id)].erase(chunk);
-    changed.set(static_cast<std::size_t>(size_id));
-  }
-  known_sizes = std::move(sizes);
-  if (known_sizes.empty()) sizes_in_chunk_.erase(chunk);
-}
-
-void MarkerCache::replaceList(int size_id, const Cell& chunk, std::vector<Cube> cubes,
-                              SizeSet& changed) {
-  std::vector<Cube>& known_cubes = cubes_[static_cast<std::size_t>(size_id)][chunk];
-  if (known_cubes == cubes) return;
-  known_cubes = std::move(cubes);
-  changed.set(static_cast<std::size_t>(size_id));
 }
 
 Marker MarkerCache::makeMarker(int size_id, const std_msgs::Header& header) const {
-  const CubesByChunk& chunks = cubes_[static_cast<std::size_t>(size_id)];
+  const CubesByPage& pages = cubes_[static_cast<std::size_t>(size_id)];
   const Cell size = toSize(size_id);
   const Eigen::Vector3d size_m = grid_.resolution() * Eigen::Vector3d(size.x, size.y, size.z);
-  Marker marker = makeCubeList(header, style_.marker_namespace, size_id, size_m);
-  marker.action = chunks.empty() ? Marker::DELETE : Marker::ADD;
+  const bool has_colors = style_.filter == CuboidFilter::kOccupied;
+  Marker marker = makeCubeList(header, has_colors ? "occupied" : "free", size_id, size_m);
+  marker.action = pages.empty() ? Marker::DELETE : Marker::ADD;
   marker.pose.position = toPoint(anchor_map_);
   marker.color = freeColor();
 
   std::size_t num_cubes = 0;
-  for (const auto& [chunk, cubes] : chunks) num_cubes += cubes.size();
-  const bool has_colors = style_.filter == CuboidFilter::kOccupied;
+  for (const auto& [page, cubes] : pages) num_cubes += cubes.size();
   marker.points.reserve(num_cubes);
   if (has_colors) marker.colors.reserve(num_cubes);
-  for (const auto& [chunk, cubes] : chunks) {
+  for (const auto& [page, cubes] : pages) {
     for (const Cube& cube : cubes) {
       const Eigen::Vector3d center = grid_.centerOf({cube.min, cube.min + size});
       marker.points.push_back(toPoint(center - anchor_map_));

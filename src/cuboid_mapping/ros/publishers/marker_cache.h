@@ -14,25 +14,22 @@
 #include <map>
 #include <optional>
 #include <set>
-#include <string>
 #include <vector>
 
 namespace cuboid_mapping_ros {
 
 /// Cuboids that become markers, and their appearance.
 struct MarkerStyle {
-  CuboidFilter filter = CuboidFilter::kOccupied;
-  std::string marker_namespace = "occupied";
+  CuboidFilter filter = CuboidFilter::kOccupied;  ///< kOccupied or kFree.
   /// Colour of occupied cuboids; free ones all have freeColor().
   ColorBy color_by = ColorBy::kHeight;
-  double color_period_m = 10.0;          ///< Period of colours, > 0; for kHeight, without a span.
-  std::optional<HeightSpan> color_span;  ///< For kHeight: colours run once, and do not repeat.
-  bool are_joined = false;  ///< Cuboids are joined across the bricks of a chunk, see joinCuboids().
+  double color_period_m = 10.0;           ///< Period of colours, > 0; for kHeight, without a span.
+  std::optional<HeightRange> color_span;  ///< For kHeight: colours run once, and do not repeat.
+  bool are_joined = false;  ///< Cuboids are joined across the bricks of a page, see joinCuboids().
 };
 
-/// Styles of the two marker topics.
-[[nodiscard]] MarkerStyle makeOccupiedStyle(const NodeParameters& parameters);
-[[nodiscard]] MarkerStyle makeFreeStyle(const NodeParameters& parameters);
+/// Style of a marker topic. @param filter  kOccupied or kFree.
+[[nodiscard]] MarkerStyle makeStyle(const NodeParameters& parameters, CuboidFilter filter);
 
 /// The cuboids of one class as markers: one CUBE_LIST for each size of cuboid, updated by
 /// changes.
@@ -46,32 +43,30 @@ struct MarkerStyle {
 ///
 /// Far from the origin the poses of the markers carry a multiple of 1024 m, and their points the rest.
 ///
-/// The space is divided into chunks of 64 x 64 x 64 voxels; a cuboid belongs to the chunk of its
-/// least corner. Only changed chunks are read again. Not thread-safe.
+/// A cuboid belongs to the page of 64 x 64 x 64 voxels of its least corner. Only changed pages are read again.
+/// Not thread-safe.
 class MarkerCache {
  public:
-  static constexpr std::int32_t kChunkEdge = 64;
   static constexpr int kNumLengths = 15;  ///< Of the edges of cubes: 1 to 8, 16, 24 to 64 voxels.
   static constexpr int kNumSizes = kNumLengths * kNumLengths * kNumLengths;
 
   /// @param grid  Grid of the map.
   MarkerCache(const Grid& grid, const MarkerStyle& style);
 
-  /// Notes the chunks to read again. @complexity O(bricks), log in the number of chunks; O(1)
-  /// after release().
+  /// Notes the pages to read again. @complexity O(bricks), log in the number of pages; O(1) after release().
   void noteChanges(const ChangeSet& changes);
 
   /// Sets other colours; takeDifference() then has the markers that they change.
   void setColors(ColorBy color_by, double color_period_m);
   /// As above, for the span of colours. Nothing: colours repeat.
-  void setColorSpan(const std::optional<HeightSpan>& span);
+  void setColorSpan(const std::optional<HeightRange>& span);
 
-  /// Whether read() has chunks to read, or takeDifference() has markers.
+  /// Whether read() has pages to read, or takeDifference() has markers.
   [[nodiscard]] bool hasChanges() const {
     return is_everything_dirty_ || !dirty_.empty() || changed_.any();
   }
 
-  /// Reads changed chunks. @complexity O(cuboids of these chunks).
+  /// Reads changed pages. @complexity O(cuboids of these pages).
   void read(const CuboidMap& map);
 
   /// Markers that read() has changed since the last call.
@@ -104,7 +99,7 @@ class MarkerCache {
   friend bool operator==(const Cube& a, const Cube& b) {
     return a.min == b.min && a.probability == b.probability;
   }
-  using CubesByChunk = std::map<Cell, std::vector<Cube>>;
+  using CubesByPage = std::map<Cell, std::vector<Cube>>;
   using SizeSet = std::bitset<kNumSizes>;
 
   void appendCubes(const CellBox& box, float probability, std::vector<SizedCube>& cubes) const;
@@ -112,21 +107,19 @@ class MarkerCache {
   [[nodiscard]] bool showsProbability() const {
     return style_.color_by == ColorBy::kProbability && style_.filter == CuboidFilter::kOccupied;
   }
-  void readChunk(const CuboidMap& map, const Cell& chunk);
+  void readPage(const CuboidMap& map, const Cell& page);
   /// Marks all lists as changed for takeDifference().
   void markLists();
   void markEverything(const CuboidMap& map);
   void moveAnchor(const CuboidMap& map);
-  void replaceChunk(const Cell& chunk, std::vector<SizedCube> cubes, SizeSet& changed);
-  void replaceList(int size_id, const Cell& chunk, std::vector<Cube> cubes, SizeSet& changed);
+  void replacePage(const Cell& page, std::vector<SizedCube> cubes);
   [[nodiscard]] visualization_msgs::Marker makeMarker(int size_id,
                                                       const std_msgs::Header& header) const;
 
   Grid grid_;
   MarkerStyle style_;
-  std::array<CubesByChunk, kNumSizes> cubes_;        ///< By size; no list is empty.
-  std::map<Cell, std::vector<int>> sizes_in_chunk_;  ///< Sorted.
-  std::set<Cell> dirty_;                             ///< Least cells of chunks.
+  std::array<CubesByPage, kNumSizes> cubes_;  ///< By size; no list is empty.
+  std::set<Cell> dirty_;                      ///< Pages.
   bool is_everything_dirty_ = true;
   Eigen::Vector3d anchor_map_ =
       Eigen::Vector3d::Zero();  ///< Origin of the markers' poses, see farAnchor().

@@ -36,15 +36,15 @@ std_msgs::ColorRGBA toHeightColor(double height_m, double period_m) {
   return toHueColor(2.0 / 3.0 - height_m / period_m);
 }
 
-std_msgs::ColorRGBA toSpanColor(double height_m, const HeightSpan& span) {
-  const double ratio = std::clamp((height_m - span.low_m) / (span.high_m - span.low_m), 0.0, 1.0);
+std_msgs::ColorRGBA toSpanColor(double height_m, const HeightRange& span) {
+  const double ratio = std::clamp((height_m - span.min_m) / (span.max_m - span.min_m), 0.0, 1.0);
   return toHueColor((1.0 - ratio) * 2.0 / 3.0);
 }
 
-bool isOtherSpan(const HeightSpan& span, const HeightSpan& shown) {
-  const double tolerance_m = 0.1 * (shown.high_m - shown.low_m);
-  return std::abs(span.low_m - shown.low_m) > tolerance_m ||
-         std::abs(span.high_m - shown.high_m) > tolerance_m;
+bool isOtherSpan(const HeightRange& span, const HeightRange& shown) {
+  const double tolerance_m = 0.1 * (shown.max_m - shown.min_m);
+  return std::abs(span.min_m - shown.min_m) > tolerance_m ||
+         std::abs(span.max_m - shown.max_m) > tolerance_m;
 }
 
 std_msgs::ColorRGBA toProbabilityColor(double probability) {

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "cuboid_mapping/query/height_range.h"
+#include "cuboid_mapping/ros/middleware/core_names.h"
+
 #include <std_msgs/ColorRGBA.h>
 #include <std_msgs/Header.h>
 #include <visualization_msgs/Marker.h>
@@ -29,19 +32,13 @@ namespace cuboid_mapping_ros {
 /// @param period_m  0: blue at all heights.
 [[nodiscard]] std_msgs::ColorRGBA toHeightColor(double height_m, double period_m);
 
-/// Range of heights for one run of the colours, metres.
-struct HeightSpan {
-  double low_m = 0.0;
-  double high_m = 1.0;
-};
-
 /// Colour of a height: blue at the low end of a span and below, then cyan, green and yellow, red at the
-/// high end and above, in equal steps of hue. @param span  low_m < high_m.
-[[nodiscard]] std_msgs::ColorRGBA toSpanColor(double height_m, const HeightSpan& span);
+/// high end and above, in equal steps of hue. @param span  min_m < max_m.
+[[nodiscard]] std_msgs::ColorRGBA toSpanColor(double height_m, const HeightRange& span);
 
 /// Whether a span differs so much from the shown one that all cuboids should be coloured again:
 /// an end has moved by more than a tenth of it.
-[[nodiscard]] bool isOtherSpan(const HeightSpan& span, const HeightSpan& shown);
+[[nodiscard]] bool isOtherSpan(const HeightRange& span, const HeightRange& shown);
 
 /// Colour of the probability of an occupied cuboid: grey-blue at 0.5, red at 1, linear between.
 /// Values outside [0.5, 1] are taken for the nearest one inside. Alpha is 1.

@@ -1,22 +1,25 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/publishers/marker_publisher.h"
 
+#include "cuboid_mapping/ros/middleware/names.h"
+#include "cuboid_mapping/ros/middleware/tf_lookup.h"
+
 #include <visualization_msgs/MarkerArray.h>
 
 namespace cuboid_mapping_ros {
 
-MarkerPublisher::MarkerPublisher(const ros::NodeHandle& nh, const MarkerTopic& topic,
-                                 const GuardedMap& map)
+MarkerPublisher::MarkerPublisher(const ros::NodeHandle& nh, CuboidFilter filter,
+                                 const NodeParameters& parameters, const GuardedMap& map)
     : map_(map),
-      is_latched_(topic.is_latched),
-      cache_(map.grid(), topic.style),
-      keyframe_period_(topic.keyframe_period_s),
+      is_latched_(parameters.latch),
+      cache_(map.grid(), makeStyle(parameters, filter)),
+      keyframe_period_(parameters.keyframe_period_s),
       last_picture_(ros::WallTime::now()),
       topic_(
-          nh, topic.name, kQueueSize, topic.is_latched,
-          [this](const auto& listener) { onConnect(listener); },
+          nh, filter == CuboidFilter::kFree ? kFreeCuboidsTopic : kOccupiedCuboidsTopic, kQueueSize,
+          parameters.latch, [this](const auto& listener) { onConnect(listener); },
           [this](const auto& /*listener*/) { onDisconnect(); }) {
-  header_.frame_id = topic.frame_id;
+  header_.frame_id = withoutSlash(parameters.frame_id);
 }
 
 void MarkerPublisher::readMap() {
@@ -26,19 +29,7 @@ void MarkerPublisher::readMap() {
   });
 }
 
-void MarkerPublisher::setColors(ColorBy color_by, double color_period_m) {
-  const std::lock_guard<std::mutex> lock(pending_mutex_);
-  pending_ = Colors{color_by, color_period_m};
-}
-
-void MarkerPublisher::takePendingColors() {
-  const std::lock_guard<std::mutex> lock(pending_mutex_);
-  if (pending_) cache_.setColors(pending_->color_by, pending_->color_period_m);
-  pending_.reset();
-}
-
 void MarkerPublisher::publish() {
-  takePendingColors();
   if (num_listeners_ == 0) return;
   if (cache_.hasChanges()) publishDifference();
   if (isKeyframeDue()) publishPicture();

@@ -10,49 +10,40 @@
 #include <ros/time.h>
 #include <std_msgs/Header.h>
 
-#include <mutex>
 #include <optional>
-#include <string>
 
 namespace cuboid_mapping_ros {
 
-/// Settings of a topic of markers.
-struct MarkerTopic {
-  std::string name;
-  std::string frame_id;    ///< Frame of the map.
-  bool is_latched = true;  ///< If false, a new subscriber gets the picture with the next message.
-  double keyframe_period_s = 0.0;  ///< Period of keyframes; 0: none.
-  MarkerStyle style;
-};
-
-/// A topic of markers (visualization_msgs/MarkerArray) that carries differences, see MarkerCache.
+/// The topic occupied_cuboids or free_cuboids (visualization_msgs/MarkerArray), which carries differences, see
+/// MarkerCache.
 ///
-/// A new connection gets the whole picture, alone. All subscribers get it as a keyframe: a period apart while
+/// A new connection gets the whole picture, alone; if the topic is not latched, with the next message. All subscribers get it as a keyframe: a period apart while
 /// differences are sent, and once after the last one. A keyframe repairs the picture of a subscriber that was
 /// more than kQueueSize messages behind, or has only the message latched by ROS. Without subscribers nothing is
 /// built or kept. The map is locked while cuboids are read from it, not while messages are made.
-/// Thread rule: all calls except setColors(), and the callbacks of the node handle's queue, one after the
-/// other.
+/// Thread rule: all calls, and the callbacks of the node handle's queue, one after the other.
 class MarkerPublisher {
  public:
   /// Queue of messages: each may be as large as the picture, and waits in memory for a subscriber that has
   /// stopped.
   static constexpr std::uint32_t kQueueSize = 4;
 
-  /// @param map  Must outlive this object.
-  MarkerPublisher(const ros::NodeHandle& nh, const MarkerTopic& topic, const GuardedMap& map);
+  /// @param filter  kOccupied or kFree. @param map  Must outlive this object.
+  MarkerPublisher(const ros::NodeHandle& nh, CuboidFilter filter, const NodeParameters& parameters,
+                  const GuardedMap& map);
   MarkerPublisher(const MarkerPublisher&) = delete;
   MarkerPublisher& operator=(const MarkerPublisher&) = delete;
 
   /// Notes a change; call it for every change of the R-tree, in parts, before publish().
   void noteChanges(const ChangeSet& changes) { cache_.noteChanges(changes); }
 
-  /// Sets other colours for the next publish(). Thread-safe.
-  void setColors(ColorBy color_by, double color_period_m);
-
-  /// Makes the colours of heights run once over a span; nothing: they repeat. Holds from the next publish()
-  /// on.
-  void setColorSpan(const std::optional<HeightSpan>& span) { cache_.setColorSpan(span); }
+  /// Set other colours for the next publish(). With a span, the colours of heights run once; else they repeat.
+  ///@{
+  void setColors(ColorBy color_by, double color_period_m) {
+    cache_.setColors(color_by, color_period_m);
+  }
+  void setColorSpan(const std::optional<HeightRange>& span) { cache_.setColorSpan(span); }
+  ///@}
 
   [[nodiscard]] bool hasListeners() const { return num_listeners_ > 0; }
 
@@ -60,12 +51,6 @@ class MarkerPublisher {
   void publish();
 
  private:
-  struct Colors {
-    ColorBy color_by;
-    double color_period_m;
-  };
-
-  void takePendingColors();
   void onConnect(const ros::SingleSubscriberPublisher& listener);
   void onDisconnect();
 
@@ -78,11 +63,9 @@ class MarkerPublisher {
   bool is_latched_;
   MarkerCache cache_;
   std_msgs::Header header_;
-  std::mutex pending_mutex_;
-  std::optional<Colors> pending_;  ///< Colours for the next publish().
-  int num_listeners_ = 0;          ///< Subscribers that onConnect has seen.
-  bool is_picture_due_ = false;    ///< The picture replaces the next difference.
-  bool owes_keyframe_ = false;     ///< Differences have been sent since the last picture.
+  int num_listeners_ = 0;        ///< Subscribers that onConnect has seen.
+  bool is_picture_due_ = false;  ///< The picture replaces the next difference.
+  bool owes_keyframe_ = false;   ///< Differences have been sent since the last picture.
   ros::WallDuration keyframe_period_;
   ros::WallTime last_picture_;
   LatchedTopic<visualization_msgs::MarkerArray> topic_;  ///< Last: its callbacks use the others.
