@@ -241,7 +241,9 @@ std::map<std::string, XmlRpcValue> leavesOf(const XmlRpcValue& group) {
   std::map<std::string, XmlRpcValue> leaves;
   for (const auto& [name, member] : group) {
     for (const auto& [rest, leaf] : leavesOf(member)) {
-      leaves[rest.empty() ? name : name + '/' + rest] = leaf;
+      std::string key = name;
+      if (!rest.empty()) key.append("/").append(rest);
+      leaves[key] = leaf;
     }
   }
   return leaves;
