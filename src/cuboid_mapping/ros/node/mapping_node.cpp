@@ -65,14 +65,7 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
     corrections_.emplace(nh_, withQueue(private_nh_, action_thread_.queue()), parameters, map_,
                          guard_, [this] { onCorrected(); });
   }
-  if (!parameters.robot_grid.frame_id.empty()) {
-    const GridPublisher::Options options{kRobotGridTopic, kRobotGridUpdatesTopic, parameters.latch,
-                                         parameters.keyframe_period_s};
-    robot_grid_.emplace(withQueue(nh_, publish_thread_.queue()), options,
-                        [this] { return findRobotGrid(map_, tf_buffer_, parameters_); });
-  }
-  publish_timer_ = startTimer(withQueue(nh_, publish_thread_.queue()),
-                              1.0 / parameters.publish_rate_hz, [this] { publish(); });
+  preparePublishing();
   subscribe();
   startDiagnostics();  // Reads what subscribe() has made.
   query_threads_.start();
@@ -81,6 +74,17 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
   publish_thread_.start();
   post(mapping_thread_.queue(), this, [this] { mapClouds(); });
   mapping_thread_.start();
+}
+
+void MappingNode::preparePublishing() {
+  const ros::NodeHandle nh = withQueue(nh_, publish_thread_.queue());
+  if (!parameters_.robot_grid.frame_id.empty()) {
+    const GridPublisher::Options options{kRobotGridTopic, kRobotGridUpdatesTopic, parameters_.latch,
+                                         parameters_.keyframe_period_s};
+    robot_grid_.emplace(nh, options,
+                        [this] { return findRobotGrid(map_, tf_buffer_, parameters_); });
+  }
+  publish_timer_ = startTimer(nh, 1.0 / parameters_.publish_rate_hz, [this] { publish(); });
 }
 
 void MappingNode::beginWith(const std::optional<MapSnapshot>& start_map) {

@@ -72,6 +72,8 @@ class MappingNode {
 
   [[nodiscard]] CloudBuffer::Callbacks bufferCallbacks();
   [[nodiscard]] CloudBuffer::FindPoses makeSearch(const NodeParameters& parameters);
+  /// Makes the robot's grid, and the timer of all topics of the map.
+  void preparePublishing();
   void startDiagnostics();
   void subscribe();
   /// Puts clouds into the map until the node ends.

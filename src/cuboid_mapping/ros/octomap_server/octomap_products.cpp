@@ -183,7 +183,7 @@ visualization_msgs::MarkerArray toCellMarkers(const MapSnapshot& map, ShownCells
   array.markers = makeEmptyMarkers(map.resolution_m, header);
   const bool is_occupied = cells == ShownCells::kOccupied;
   const bool is_by_height = is_occupied && parameters.is_height_map;
-  const HeightRange heights = findHeights(map);
+  const HeightRange heights = is_by_height ? findHeights(map) : HeightRange();
   for (const OctreeLeaf& leaf : shown.leaves) {
     visualization_msgs::Marker& marker = array.markers[static_cast<std::size_t>(leaf.depth)];
     const Eigen::Vector3d center = centerOf(leaf, map.resolution_m);

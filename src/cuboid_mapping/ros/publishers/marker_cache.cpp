@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <iterator>
 #include <utility>
 
 namespace cuboid_mapping_ros {
@@ -171,9 +172,7 @@ void MarkerCache::moveAnchor(const CuboidMap& map) {
 
 /// Marks all pages that have, or had, cubes.
 void MarkerCache::markEverything(const CuboidMap& map) {
-  for (const CubesByPage& pages : cubes_) {
-    for (const auto& [page, cubes] : pages) dirty_.insert(page);
-  }
+  for (const auto& [page, sizes] : sizes_in_page_) dirty_.insert(page);
   map.voxels().forEach([this](const VoxelBrick& brick) { dirty_.insert(pageOf(brick.brick)); });
 }
 
@@ -182,22 +181,28 @@ void MarkerCache::replacePage(const Cell& page, std::vector<SizedCube> cubes) {
   std::sort(cubes.begin(), cubes.end(), [](const SizedCube& a, const SizedCube& b) {
     return a.size_id != b.size_id ? a.size_id < b.size_id : a.cube.min < b.cube.min;
   });
-  auto first = cubes.cbegin();
-  for (std::size_t size_id = 0; size_id < cubes_.size(); ++size_id) {
+  std::vector<int> sizes;
+  for (auto first = cubes.cbegin(); first != cubes.cend();) {
+    const int size_id = first->size_id;
     std::vector<Cube> list;
-    for (; first != cubes.cend() && first->size_id == static_cast<int>(size_id); ++first) {
-      list.push_back(first->cube);
-    }
-    CubesByPage& pages = cubes_[size_id];
-    const auto known = pages.find(page);
-    if (known == pages.end() ? list.empty() : known->second == list) continue;
-    changed_.set(size_id);
-    if (list.empty()) {
-      pages.erase(known);
-    } else {
-      pages[page] = std::move(list);
-    }
+    for (; first != cubes.cend() && first->size_id == size_id; ++first) list.push_back(first->cube);
+    sizes.push_back(size_id);
+    std::vector<Cube>& known_cubes = cubes_[static_cast<std::size_t>(size_id)][page];
+    if (known_cubes == list) continue;
+    known_cubes = std::move(list);
+    changed_.set(static_cast<std::size_t>(size_id));
   }
+
+  std::vector<int>& known_sizes = sizes_in_page_[page];
+  std::vector<int> vanished;
+  std::set_difference(known_sizes.begin(), known_sizes.end(), sizes.begin(), sizes.end(),
+                      std::back_inserter(vanished));
+  for (const int size_id : vanished) {
+    cubes_[static_cast<std::size_t>(size_id)].erase(page);
+    changed_.set(static_cast<std::size_t>(size_id));
+  }
+  known_sizes = std::move(sizes);
+  if (known_sizes.empty()) sizes_in_page_.erase(page);
 }
 
 Marker MarkerCache::makeMarker(int size_id, const std_msgs::Header& header) const {

@@ -119,7 +119,9 @@ class MarkerCache {
   Grid grid_;
   MarkerStyle style_;
   std::array<CubesByPage, kNumSizes> cubes_;  ///< By size; no list is empty.
-  std::set<Cell> dirty_;                      ///< Pages.
+  /// Sorted. cubes_ says this, too, but a changed page would have to look through all sizes there.
+  std::map<Cell, std::vector<int>> sizes_in_page_;
+  std::set<Cell> dirty_;  ///< Pages.
   bool is_everything_dirty_ = true;
   Eigen::Vector3d anchor_map_ =
       Eigen::Vector3d::Zero();  ///< Origin of the markers' poses, see farAnchor().
