@@ -1,11 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Tables and plots of doc/evaluation.md about parts of the map, corridors and moving objects."""
-import csv
 import statistics
 
 from benchmark_document import table
 from benchmark_plots import Plot
-from evaluation_tables import spread
 
 INSERTIONS = [('OctoMap, `insertPointCloud`', 'octomap'), ("OctoMap's tree, this ray walk", 'octomap_with_ray_walk'),
               ('this ray walk alone', 'ray_walk'), ('voxels, no cuboids', 'voxels_without_tree'),
@@ -177,43 +175,3 @@ def corridors_block(reports):
                          quartiles([row['again']['plan_ms'] for row in changed], '.3g')])
     return table(['data set', 'voxels', 'way', 'found', 'boxes', 'volume [m3]', 'length, of voxel by voxel', 'plan [CPU ms]',
                   'corridors, paths hit', 'update [CPU ms]', 'plan again [CPU ms]'], rows)
-
-
-def store_rows(reports):
-    """A row for each run of compare_maps, of the old and of the new voxel store."""
-    rows = []
-    for (store, run, _), report in reports.items():
-        own = report['cuboid_mapping']
-        rows.append({'store': store, 'run': run, 'commit': report['machine']['commit'], 'dataset': report['dataset'],
-                     'resolution_m': report['resolution_m'],
-                     'every_cloud': bool(report.get('fuse_every_cloud', report.get('flush_every_cloud'))),
-                     **{key: own[key] for key in ('insert_cpu_s', 'ray_walk_cpu_s', 'cells', 'bytes_heap')},
-                     'bytes_cache': own.get('bytes_hot', 0)})
-    return rows
-
-
-def read_store_rows(file):
-    """The rows of store_rows(), as they were written to a file."""
-    with file.open(newline='') as rows:
-        return [{**row, **{key: float(row[key]) for key in ('resolution_m', 'insert_cpu_s', 'ray_walk_cpu_s')},
-                 **{key: int(row[key]) for key in ('run', 'cells', 'bytes_heap', 'bytes_cache')},
-                 'every_cloud': row['every_cloud'] == 'True'} for row in csv.DictReader(rows)]
-
-
-def stores_block(store_runs):
-    groups = {}
-    for row in store_runs:
-        key = (row['dataset'], row['resolution_m'], row['every_cloud'])
-        groups.setdefault(key, {'old': [], 'new': []})[row['store']].append(row)
-    rows = []
-    for (dataset, resolution, every_cloud), stores in sorted(groups.items()):
-        old, new = stores['old'], stores['new']
-        times = [a['insert_cpu_s'] / b['insert_cpu_s'] for a, b in zip(old, new)]
-        rows.append([dataset, f'{resolution:g} m', 'after every cloud' if every_cloud else 'at the end, or when cold',
-                     *(spread([row['insert_cpu_s'] for row in part], '.3g', ' s') for part in (old, new)),
-                     spread(times, '.2f'),
-                     *(f"{part[0]['cells']:,}" for part in (old, new)),
-                     *(f"{statistics.median(row['bytes_heap'] for row in part) / 1e6:.1f} MB" for part in (old, new)),
-                     f"{old[0]['bytes_cache'] / 1e6:.1f} MB"])
-    return table(['data set', 'voxels', 'cuboids made', 'insertion: old', 'new', 'times as fast', 'cells: old', 'new',
-                  'heap at the end: old', 'new', 'cache before the last flush: old'], rows)
