@@ -86,7 +86,9 @@ def has_changed(commit, paths):
 
 
 def commits_in(text):
-    """The commits that a report names, in JSON or CSV."""
+    """The commits that a report names, in JSON, in CSV, or at its beginning (scripts/keep)."""
+    if text.startswith('commit '):
+        return {text.split()[1]}
     if text.lstrip().startswith('{'):
         return set(re.findall(r'"commit": ?"([^"]*)"', text))
     return {row['commit'] for row in csv.DictReader(io.StringIO(text)) if 'commit' in row}

@@ -3,7 +3,9 @@
 """Figures come from commits in the history, and the pages say which, and what has changed since."""
 import pathlib
 import re
+import subprocess
 import sys
+import tempfile
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -11,8 +13,8 @@ DOC = ROOT / 'doc'
 sys.path.insert(0, str(ROOT / 'scripts'))
 import figure_ages  # noqa: E402
 
-REPORTS = [file for folder in ('performance', 'evaluation') for file in sorted((DOC / folder).rglob('*'))
-           if file.suffix in ('.json', '.csv', '.xz')]
+REPORTS = [file for folder in ('performance', 'evaluation', 'kept') for file in sorted((DOC / folder).rglob('*'))
+           if file.suffix in ('.json', '.csv', '.xz', '.txt')]
 OF_OTHERS = ('data_sets.md',)  # Names commits of other repositories.
 HAS_HISTORY = figure_ages.has_history()
 
@@ -50,6 +52,39 @@ class SourcesTest(unittest.TestCase):
                     num_tables += 1
                     self.assertIn(block, titles, page.name)
         self.assertGreater(num_tables, 20)
+
+
+class KeepTest(unittest.TestCase):
+    """scripts/keep, in a repository of its own."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+        (self.folder / 'source').write_text('1')
+        self.git('init', '--quiet')
+        self.git('add', 'source')
+        self.git('-c', 'user.name=t', '-c', 'user.email=t', 'commit', '--quiet', '--message=t')
+
+    def git(self, *arguments):
+        return subprocess.run(['git', *arguments], cwd=self.folder, check=True, capture_output=True, text=True).stdout
+
+    def keep(self, *command):
+        return subprocess.run([ROOT / 'scripts/keep', 'kept/report.txt', *command], cwd=self.folder, capture_output=True, text=True)
+
+    def test_a_report_has_its_commit_what_was_printed_and_the_status(self):
+        self.assertEqual(self.keep('sh', '-c', 'echo 7 files in $PWD; exit 3').returncode, 3)
+        text = (self.folder / 'kept/report.txt').read_text()
+        self.assertEqual(figure_ages.commits_in(text), {self.git('rev-parse', '--short=10', 'HEAD').strip()})
+        self.assertIn('\n7 files in .\n', text)
+        self.assertTrue(text.endswith('exit status 3\n'), text)
+
+    def test_nothing_is_kept_of_changes_that_are_in_no_commit(self):
+        (self.folder / 'source').write_text('2')
+        result = self.keep('true')
+        self.assertEqual(result.returncode, 1)
+        self.assertIn('changes in no commit', result.stderr)
+        self.assertFalse((self.folder / 'kept').exists())
 
 
 @unittest.skipUnless(HAS_HISTORY, 'no history here, or a shallow one')
