@@ -79,6 +79,11 @@ class KeepTest(unittest.TestCase):
         self.assertIn('\n7 files in .\n', text)
         self.assertTrue(text.endswith('exit status 3\n'), text)
 
+    def test_a_report_can_be_made_again(self):
+        self.keep('sh', '-c', 'echo "$0 files" >>files; cat files', '7')
+        self.assertEqual(self.keep().returncode, 0)
+        self.assertIn('\n7 files\n7 files\n', (self.folder / 'kept/report.txt').read_text())
+
     def test_nothing_is_kept_of_changes_that_are_in_no_commit(self):
         (self.folder / 'source').write_text('2')
         result = self.keep('true')
