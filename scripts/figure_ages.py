@@ -111,11 +111,16 @@ class Figures:
     reports: list  # Kept files; none if the figures were noted by hand.
     commits: list
     sources: dict  # Paths by the name of a source.
+    excuse: str  # Why there is no report, or an older one; nothing if there must be one.
+
+    def changed_sources(self):
+        """Names of those that have changed since."""
+        return list({name: None for commit in self.commits for name, paths in self.sources.items() if has_changed(commit, paths)})
 
     def age(self):
         """The row on the page."""
         commits = ', '.join(f'`{commit}` ({date_of(commit)})' for commit in self.commits)
-        changed = {name: None for commit in self.commits for name, paths in self.sources.items() if has_changed(commit, paths)}
+        changed = self.changed_sources()
         hand = '' if self.reports else ', by hand'
         return f"| {', '.join(self.titles)} | {commits}{hand} | {', '.join(changed) or '-'} |"
 
@@ -147,14 +152,14 @@ def read_table():
     figures, sets = read_rows((DOC / 'tables/sources.md').read_text())
     sets = {name.strip('`'): sources.replace('`', '').split() for name, sources in sets}
     rows = []
-    for page, titles, reports, sources in figures:
+    for page, titles, reports, sources, excuse in figures:
         files, commits = [], reports.replace('by hand: ', '').split(', ')
         if not reports.startswith('by hand: '):
             files = [file for pattern in reports.split(', ') for file in sorted(DOC.glob(pattern))]
             commits = sorted(set().union(*map(cached_commits_of, files)))
         rows.append(Figures(DOC / page, titles.split(', '), files, commits,
                             {name: paths for source in sources.replace('`', '').split()
-                             for name, paths in paths_of(source, sets).items()}))
+                             for name, paths in paths_of(source, sets).items()}, excuse))
     return rows
 
 

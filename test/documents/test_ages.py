@@ -121,6 +121,13 @@ class HistoryTest(unittest.TestCase):
             self.assertEqual(marks[0], f'{marks[1]}{figure_ages.ages_of(page, rows)}{marks[2]}',
                              f'{page.name}: run scripts/figure_ages.py')
 
+    def test_figures_have_reports_no_older_than_what_they_measure_or_a_reason(self):
+        for row in figure_ages.read_table():
+            titles, changed = f"{row.page.name}: {', '.join(row.titles)}", row.changed_sources()
+            if not row.excuse:
+                self.assertTrue(row.reports, f'{titles}: keep a report (scripts/keep), or say in doc/tables/sources.md why there is none')
+                self.assertFalse(changed, f'{titles}: measure anew, or say in doc/tables/sources.md why they may be older')
+
     def test_each_row_of_reliability_has_its_commit_and_date(self):
         text = (DOC / 'reliability.md').read_text()
         rows = [row for row in figure_ages.read_rows(text[text.index('## How it was tested'):])[0]]
