@@ -32,6 +32,7 @@ struct Options {
   double max_range_m = std::numeric_limits<double>::infinity();
   int laps = 20;
   double clouds_a_metre = 1.0;
+  double apart_m = 0.0;  ///< Of a lap and the next one.
   WindowConfig window;
   bool has_plain = true;
   double budget = 1.0;  ///< Pages that may come and go, as a multiple of what the drive asks for.
@@ -116,10 +117,12 @@ struct Drive {
   std::unique_ptr<MapWindow> window;
 };
 
-LapFigures driveLap(const std::vector<Scan>& scans, bool has_plain, Drive& drive) {
+/// @param shift_m  How far along x the lap is from the first one.
+LapFigures driveLap(const std::vector<Scan>& scans, double shift_m, bool has_plain, Drive& drive) {
   LapFigures lap;
-  for (const Scan& scan : scans) {
+  for (Scan scan : scans) {
     throwIfInterrupted();
+    scan.anchor_map.x() += shift_m;
     const ScanUpdate* update = nullptr;
     lap.walk += timeOf([&] { update = &drive.updater.compute(scan); });
     if (has_plain) lap.plain += timeOf([&] { drive.plain.apply(*update); });
@@ -135,6 +138,15 @@ LapFigures driveLap(const std::vector<Scan>& scans, bool has_plain, Drive& drive
     lap.most_mb = std::max(lap.most_mb, 1e-6 * static_cast<double>(drive.map.numBytes()));
   }
   return lap;
+}
+
+/// Known voxels in a store.
+std::size_t countKnown(const MapStore& store) {
+  std::size_t count = 0;
+  for (const Cell& page : store.pages()) {
+    for (const VoxelBrick& brick : store.read(page)) count += brick.voxels.known().count();
+  }
+  return count;
 }
 
 /// Whether the store has the voxels of the map without a window, and no others.
@@ -191,7 +203,8 @@ int drive(const Options& options) {
                "map[MB]  RSS[MB]  loads  writes  pages\n";
   LapFigures all;
   for (int lap = 1; lap <= options.laps; ++lap) {
-    const LapFigures figures = driveLap(scans, options.has_plain, drive);
+    const LapFigures figures =
+        driveLap(scans, (lap - 1) * options.apart_m, options.has_plain, drive);
     printLap(lap, scans.size(), figures, drive.window->figures());
     all.walk += figures.walk;
     all.plain += figures.plain;
@@ -203,7 +216,8 @@ int drive(const Options& options) {
   }
   drive.window.reset();
   std::cout << "store: " << 1e-6 * static_cast<double>(std::filesystem::file_size(options.store))
-            << " MB\n";
+            << " MB, " << countKnown(MapStore(options.store, StoreAccess::kRead))
+            << " known voxels\n";
   if (!options.has_plain) return is_within ? 0 : 1;
   std::cout << "map without a window: " << 1e-6 * static_cast<double>(drive.plain.numBytes())
             << " MB\ntime with window / without, ray walk included: "
@@ -231,6 +245,9 @@ int run(int argc, char** argv) {
   line.addNumber("laps", options.laps, "number of laps", {1, 100000});
   line.addNumber("clouds-a-metre", options.clouds_a_metre,
                  "clouds per metre of the simulated drive", {0.01, 100});
+  line.addNumber("apart", options.apart_m,
+                 "distance from a lap to the next one along x in metres, for a map that grows",
+                 {0.0, 1e4});
   line.addNumber("size", options.window.size_m, "edge of the window in metres", {0.1, 1e6});
   line.addNumber("margin", options.window.margin_m,
                  "width of the margin around the window in metres", {0.0, 1e6});
