@@ -84,6 +84,21 @@ class KeepTest(unittest.TestCase):
         self.assertEqual(self.keep().returncode, 0)
         self.assertIn('\n7 files\n7 files\n', (self.folder / 'kept/report.txt').read_text())
 
+    def test_reports_in_doc_can_be_made_anew_one_after_the_other(self):
+        for name in ('first', 'second'):
+            (self.folder / 'doc').mkdir(exist_ok=True)
+            (self.folder / f'doc/{name}.txt').write_text('command true')
+        self.git('add', 'doc')
+        self.git('-c', 'user.name=t', '-c', 'user.email=t', 'commit', '--quiet', '--message=t')
+        for name in ('first', 'second'):
+            result = subprocess.run([ROOT / 'scripts/keep', f'doc/{name}.txt'], cwd=self.folder, capture_output=True, text=True)
+            self.assertEqual(result.returncode, 0, result.stderr)
+
+    def test_without_a_command_and_a_report_it_asks_for_the_command(self):
+        result = self.keep()
+        self.assertEqual(result.returncode, 1)
+        self.assertIn('name the command', result.stderr)
+
     def test_nothing_is_kept_of_changes_that_are_in_no_commit(self):
         (self.folder / 'source').write_text('2')
         result = self.keep('true')
