@@ -231,6 +231,23 @@ TEST(MapWindow, doesNotLetPagesComeAndGoThatEachCloudTouches) {
   EXPECT_EQ(pair.window->figures().num_loads + pair.window->figures().num_writes, 0U);
 }
 
+TEST(MapWindow, keepsUpWithADriveThatDiscoversManyPages) {
+  const TemporaryFolder folder;
+  Pair pair(tenthOfAMetre(), {6.4, 0.0, OutsideWindow::kKeep}, folder / "map.sqlite");
+  const auto drive = [&](std::int32_t begin) {  // Eight new pages a cloud.
+    for (std::int32_t x = begin; x < begin + 100; ++x) {
+      ScanUpdate update;
+      for (std::int32_t y = 0; y < 8; ++y) {
+        update.bricks.push_back(updateOf({64 * x, 64 * y, 0}).bricks.front());
+      }
+      pair.integrate(update, placeOf(pair, {64 * x, 0, 0}));
+    }
+    return pair.window->figures().num_in_memory;
+  };
+  for (const std::int32_t begin : {0, 100, 200}) EXPECT_LT(drive(begin), 350U);
+  EXPECT_EQ(pair.voxels(), test::voxelsOf(pair.plain));
+}
+
 TEST(MapWindow, letsNothingLeaveWhileItIsHeld) {
   const TemporaryFolder folder;
   Random random(941);

@@ -92,8 +92,8 @@ class MapWindow {
   /// Ends a step: notes the applied changes, prefetches pages of the window, and evicts others. Failures of the
   /// store are counted in the figures.
   ///
-  /// Every kStepsAWrite-th step evicts pages to the store: at most kPagesAStep, or as many as were loaded since
-  /// the last eviction, so that the time of a step does not grow with the window.
+  /// Every kStepsAWrite-th step evicts pages to the store: at most kPagesAStep, or one in kPartLeaving of those
+  /// that may leave, so that a step is short, and memory does not grow with the length of a drive.
   ///
   /// @param applied  The result of CuboidMap::apply() or commit().
   /// @param changes  Gets `applied`, and the loaded and evicted pages.
@@ -143,8 +143,10 @@ class MapWindow {
   /// Configuration of the constructor.
   [[nodiscard]] const WindowConfig& config() const { return config_; }
 
-  /// Number of pages that a step evicts or prefetches; evictions keep up with loaded pages, see settle().
+  /// Number of pages that a step evicts or prefetches; evictions keep up with the drive, see settle().
   static constexpr std::size_t kPagesAStep = 16;
+  /// One in so many pages that may leave is evicted at once, where that is more than kPagesAStep.
+  static constexpr std::size_t kPartLeaving = 4;
   /// Steps from one eviction to the store to the next: fewer transactions, which wait for the disk.
   static constexpr std::uint64_t kStepsAWrite = 8;
   /// Steps for which a touched page outside the window stays, so that pages within reach of the sensor are not
@@ -194,7 +196,6 @@ class MapWindow {
   bool is_store_stale_ = false;   ///< The store has a map that was replaced.
   bool is_held_ = false;
   std::size_t num_loaded_now_ = 0;  ///< Pages loaded in this step.
-  std::size_t num_owed_ = 0;        ///< Pages loaded since the last eviction.
   WindowFigures figures_;
 };
 

@@ -199,7 +199,6 @@ void MapWindow::loadPage(const Cell& page, CuboidMap& map, ChangeSet& changes) {
   stored_.erase(page);
   ++figures_.num_loads;
   ++num_loaded_now_;
-  ++num_owed_;
 }
 
 std::vector<Cell> MapWindow::findLeaving(const CuboidMap& map) const {
@@ -217,8 +216,7 @@ std::vector<Cell> MapWindow::findLeaving(const CuboidMap& map) const {
 }
 
 void MapWindow::letLeave(std::vector<Cell> pages, CuboidMap& map, ChangeSet& changes) {
-  pages.resize(std::min(pages.size(), std::max(kPagesAStep, num_owed_)));
-  num_owed_ = 0;
+  pages.resize(std::min(pages.size(), std::max(kPagesAStep, pages.size() / kPartLeaving)));
   if (store_) {
     const auto is_changed = [this](const Cell& page) { return pages_.at(page).is_changed; };
     const auto first_changed = std::stable_partition(
