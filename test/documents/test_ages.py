@@ -79,6 +79,11 @@ class KeepTest(unittest.TestCase):
         self.assertIn('\n7 files in .\n', text)
         self.assertTrue(text.endswith('exit status 3\n'), text)
 
+    def test_lines_of_a_log_that_differ_in_numbers_only_are_there_once(self):
+        self.keep('sh', '-c', 'for i in 1 2; do echo "[ INFO] [$i.5, 3.0]: $i cuboids"; echo "$i laps"; done; echo "[ WARN] [3.0]: 7 late"')
+        self.assertIn('\n[ INFO] [1.5, 3.0]: 1 cuboids\n1 laps\n2 laps\n[ WARN] [3.0]: 7 late\n',
+                      (self.folder / 'kept/report.txt').read_text())
+
     def test_a_report_can_be_made_again(self):
         self.keep('sh', '-c', 'echo "$0 files" >>files; cat files', '7')
         self.assertEqual(self.keep().returncode, 0)
