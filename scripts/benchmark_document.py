@@ -111,7 +111,7 @@ def insertion_block(reports):
                      speed(report, 'openvdb', cpu_s), f"{own['ray_walk_cpu_s'] / cpu_s(own):.0%}",
                      f"{own['per_cloud_ms']['p50']:.0f}, {own['per_cloud_ms']['max']:.0f} ms"])
     return table(['data set', 'clouds, points', 'here', 'OctoMap', 'times', 'OpenVDB', 'times',
-                  'ray walk', 'per cloud, wall: p50, greatest'], rows)
+                  'ray walk', 'per cloud, wall: p50, median of the greatest'], rows)
 
 
 def variants_block(reports):
