@@ -179,10 +179,8 @@ class EvaluationTest(unittest.TestCase):
         expect(r'visits in ([\d.]+) to ([\d.]+),', ratios(hash_of_bricks, 'visit'), 1)
         expect(r'graphs in ([\d.]+) to ([\d.]+),', [*(value for value in nearest if value < 1),
                                                     *ratios(hash_of_bricks, 'points', 'graphs')], 2)
-        outdoors, indoors = (sorted(values, reverse=True) for values in (filter(lambda value: value > 1, nearest),
-                                                                         filter(lambda value: value < 1, nearest)))
-        self.assertIn(f'far from everything in {outdoors[0]:.0f} and {outdoors[1]:.1f} outdoors, '
-                      f'{indoors[0]:.2f} and {indoors[1]:.2f} indoors;', self.text)
+        far = ratios(hash_of_bricks, 'nearest occupied, anywhere')
+        self.assertIn(f'far from everything in {far[0]:.0f} and {far[1]:.1f} outdoors, {far[2]:.2f} and {far[3]:.2f} indoors;', self.text)
         expect(r'wins at visits \(([\d.]+) to ([\d.]+)\)', ratios(flat_list, 'visit'), 2)
         slower = [value for value in ratios(flat_list, 'boxes', 'in 2 m', 'regions', 'points', 'nearest', 'graphs') if value > 1]
         expect(r'elsewhere by ([\d.]+) to ([\d,]+) times', slower, 1)
