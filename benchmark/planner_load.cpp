@@ -56,8 +56,8 @@ constexpr double kHead = 150.0;
 /// Of a cloud of x, y and z. Drivers add intensity, ring and more.
 constexpr double kPointBytes = 12.0;
 
-double bytesOf(const std::vector<VoxelBrick>& bricks) {
-  const auto packed = packBricks(bricks.data(), bricks.data() + bricks.size(), MapDetail::kClasses);
+double bytesOf(const std::vector<VoxelBrick>& bricks, MapDetail detail) {
+  const auto packed = packBricks(bricks.data(), bricks.data() + bricks.size(), detail);
   return kHead + static_cast<double>(packed.data.size());
 }
 
@@ -67,6 +67,7 @@ void measureBytes(const Options& options, const std::vector<Scan>& scans) {
   ScanUpdater updater(map.grid());
   octomap::OcTree octree = makeOctomap(map.config());
   double update_bytes = 0.0;
+  double value_bytes = 0.0;
   double num_bricks = 0.0;
   double full_bytes = 0.0;
   double cloud_bytes = 0.0;
@@ -77,24 +78,31 @@ void measureBytes(const Options& options, const std::vector<Scan>& scans) {
     observation_bytes += kHead + static_cast<double>(toBytes(update).size());
     const ChangeSet changes = map.apply(update);
     const MapDelta delta = makeDelta(map, changes, 1, 0, MapDetail::kClasses);
-    update_bytes += bytesOf(delta.bricks);
+    update_bytes += bytesOf(delta.bricks, MapDetail::kClasses);
+    value_bytes +=
+        bytesOf(makeDelta(map, changes, 1, 0, MapDetail::kValues).bricks, MapDetail::kValues);
     num_bricks += static_cast<double>(delta.bricks.size());
     insertIntoOctomap(scan, std::numeric_limits<double>::infinity(), octree);
     octree.prune();
     // octomap::OcTree::writeData: a float and a byte of children for each node.
     full_bytes += 5.0 * static_cast<double>(octree.calcNumNodes());
   }
-  const double image_bytes = bytesOf(makeImage(map, 1, MapDetail::kClasses).bricks);
+  const auto image_mb = [&map](MapDetail detail) {
+    return 1e-6 * bytesOf(makeImage(map, 1, detail).bricks, detail);
+  };
   const auto num_clouds = static_cast<double>(scans.size());
   std::printf("update message: %.0f kB and %.0f bricks for each cloud, %.1f bytes for each brick\n",
               1e-3 * update_bytes / num_clouds, num_bricks / num_clouds, update_bytes / num_bricks);
   std::printf("octomap_full: %.0f kB for each cloud; updates are %.1f %% of that\n",
               1e-3 * full_bytes / num_clouds, 100.0 * update_bytes / full_bytes);
+  std::printf("with publish_values: %.0f kB for each cloud, %.1f %% of octomap_full\n",
+              1e-3 * value_bytes / num_clouds, 100.0 * value_bytes / full_bytes);
   std::printf(
       "observations: %.0f kB for each cloud; %.1f %% of its %.0f kB, %.1f %% of octomap_full\n",
       1e-3 * observation_bytes / num_clouds, 100.0 * observation_bytes / cloud_bytes,
       1e-3 * cloud_bytes / num_clouds, 100.0 * observation_bytes / full_bytes);
-  std::printf("cuboid_map, once for each listener: %.1f MB at the end\n", 1e-6 * image_bytes);
+  std::printf("cuboid_map, once for each listener: %.2f MB at the end, %.2f MB with values\n",
+              image_mb(MapDetail::kClasses), image_mb(MapDetail::kValues));
 }
 
 /// Asks for a box and a ray, near where the sensor is, again and again.
