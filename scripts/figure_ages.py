@@ -11,6 +11,7 @@ import csv
 import dataclasses
 import functools
 import io
+import os
 import pathlib
 import re
 import subprocess
@@ -168,7 +169,8 @@ cached_commits_of = functools.lru_cache(maxsize=None)(commits_of)
 
 def ages_of(page, rows):
     """What stands between the marks of a page."""
-    lines = ['| figures | commit | changed since |', '|---|---|---|', *(row.age() for row in rows if row.page == page)]
+    table = os.path.relpath(DOC / 'tables/sources.md', page.parent)
+    lines = [f'| [figures]({table}) | commit | changed since |', '|---|---|---|', *(row.age() for row in rows if row.page == page)]
     return '\n'.join(lines) + '\n'
 
 
