@@ -224,6 +224,10 @@ int run(int argc, char** argv) {
   const Drive drive = options.dataset.empty() ? simulate(options) : readDrive(options.dataset);
   MapConfig config;
   config.resolution_m = options.resolution_m;
+  const auto num_moving = std::count_if(drive.truth.begin(), drive.truth.end(),
+                                        [](const TruthPoint& point) { return point.is_moving; });
+  std::printf("%zu clouds, %td standing points, %td of moving objects\n\n", drive.scans.size(),
+              static_cast<std::ptrdiff_t>(drive.truth.size()) - num_moving, num_moving);
   std::printf("| at %.2f m | SA %% | DA %% | AA %% |\n|---|---|---|---|\n", options.resolution_m);
   const Evaluation plain(drive, config, 0.0);
   plain.printPoints();
