@@ -93,7 +93,7 @@ class MapWindow {
   /// store are counted in the figures.
   ///
   /// Every kStepsAWrite-th step evicts pages to the store: at most kPagesAStep, or one in kPartLeaving of those
-  /// that may leave, so that a step is short, and memory does not grow with the length of a drive.
+  /// that may leave if that is more, so that memory does not grow with the length of a drive.
   ///
   /// @param applied  The result of CuboidMap::apply() or commit().
   /// @param changes  Gets `applied`, and the loaded and evicted pages.
