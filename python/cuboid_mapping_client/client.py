@@ -19,6 +19,8 @@ from cuboid_mapping.srv import GetMap
 _PATIENCE_S = 3.0
 # Maximum number of updates that wait for their map: enough for some seconds.
 _MAX_EARLY_UPDATES = 100
+# Seconds of silence after which another server may replace the followed one.
+_SERVER_PATIENCE_S = 5.0
 
 
 def fetch_parts(get_map, first):
@@ -35,8 +37,9 @@ def fetch_parts(get_map, first):
 class CuboidMapClient:
     """Keeps a copy of a node's map by its topics cuboid_map and cuboid_map_updates. Thread-safe.
 
-    server: name of the node, in the namespace of this node unless it begins with a slash. Its service ~get_map is
-        called when updates were lost.
+    server: name of the node, in the namespace of this node unless it begins with a slash. If several publish to the
+        topics, it is followed, or else the first that is heard, until it is silent for 5 s. Its service ~get_map
+        is called when updates were lost.
     on_change: called with this client after each change of the map, one call at a time.
 
     Follows until close(), or to the end of a `with` block.
@@ -53,6 +56,9 @@ class CuboidMapClient:
         self._is_updated = False  # Updates have come since the last map.
         self._map = MapFollower()
         self._on_change = on_change
+        self._named_server = rospy.resolve_name(server)
+        self._heard_server = ''
+        self._heard_at = 0.0
         self._get_map = rospy.ServiceProxy(server + '/get_map', GetMap)
         self._subscribers = [
             rospy.Subscriber('cuboid_map_updates', CuboidMapUpdate, self._take_update),
@@ -133,6 +139,8 @@ class CuboidMapClient:
     def _take_map(self, message):
         """message: a FullCuboidMap, or a part of one."""
         with self._turn:
+            if self._is_of_other_server(message.server):
+                return
             if message.part > 0:  # Belongs to a keyframe; the service has all parts.
                 return
             is_updated, self._is_updated = self._is_updated, False
@@ -164,6 +172,8 @@ class CuboidMapClient:
 
     def _take_update(self, message):
         with self._turn:
+            if self._is_of_other_server(message.server):
+                return
             before = self._map.revision
             self._has_values = message.bricks.has_values
             with self._lock:
@@ -178,6 +188,20 @@ class CuboidMapClient:
             else:
                 # Updates may overtake the map. The oldest may be dropped: the map then shows a gap.
                 self._early_updates.append(message)
+
+    def _is_of_other_server(self, name):
+        """Whether a node's message is ignored: the client follows the named node, or the first that it hears."""
+        now = time.monotonic()
+        is_kept = self._heard_server == self._named_server or now - self._heard_at < _SERVER_PATIENCE_S
+        if self._heard_server and name not in (self._heard_server, self._named_server) and is_kept:
+            rospy.logwarn_throttle(10.0, 'two nodes publish %s: %s, which is followed, and %s: start each in a namespace '
+                                   'of its own' % (self._subscribers[1].resolved_name, self._heard_server, name))
+            return True
+        if name != (self._heard_server or self._named_server):
+            self._get_map = rospy.ServiceProxy(name + '/get_map', GetMap)
+        self._heard_server = name
+        self._heard_at = now
+        return False
 
     def _is_map_on_its_way(self, message):
         """Whether the node will send its map without a request, as to each new connection, also after a restart: a

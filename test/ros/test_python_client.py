@@ -170,7 +170,7 @@ class PythonClientTest(unittest.TestCase):
         for instance, base in ((old.instance, client.revision + 5), (old.instance - 1, 0)):
             client._map = MapFollower()  # Like a client that has missed the last updates.
             client._map.take_map(old)
-            lost = CuboidMapUpdate(instance=instance, base=base, revision=base + 1, resolution=0.1)
+            lost = CuboidMapUpdate(server=NODE, instance=instance, base=base, revision=base + 1, resolution=0.1)
             with mock.patch.object(client_module, '_PATIENCE_S', 0.0):
                 client._take_update(lost)
             self.expect_same_map(client)

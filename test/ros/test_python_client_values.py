@@ -65,7 +65,7 @@ class PythonClientValuesTest(unittest.TestCase):
         self.set_box((-1, -1, -1), (1, 1, 1), 0.3)
         server = rospy.ServiceProxy(NODE + '/get_map', GetMap)().map
         self.client._map = MapFollower()  # As if all updates were lost.
-        lost = CuboidMapUpdate(instance=server.instance, base=7, revision=8, resolution=0.1)
+        lost = CuboidMapUpdate(server=server.server, instance=server.instance, base=7, revision=8, resolution=0.1)
         lost.bricks.has_values = True
         with mock.patch.object(client_module, '_PATIENCE_S', 0.0):
             self.client._take_update(lost)
