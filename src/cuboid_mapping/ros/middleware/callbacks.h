@@ -65,7 +65,7 @@ inline void post(ros::CallbackQueueInterface& queue, const void* owner,
                     reinterpret_cast<std::uintptr_t>(owner));
 }
 
-/// Removes the functions that an owner has posted; returns when none of them runs any more.
+/// Removes the functions that an owner has posted. One that runs may go on: roscpp 1.15 does not wait for it.
 inline void removePosted(ros::CallbackQueueInterface& queue, const void* owner) {
   queue.removeByID(reinterpret_cast<std::uintptr_t>(owner));
 }

@@ -107,7 +107,7 @@ void MappingNode::restore(const MapSnapshot& start_map) {
 /// Stops the threads first: no member may be destroyed while a callback uses it.
 MappingNode::~MappingNode() {
   is_stopping_ = true;
-  move_call_.reset();
+  if (move_call_) move_call_->cancel();
   sources_.stopListening();
   if (merger_) merger_->stopAsking();
   buffer_.stop();

@@ -63,7 +63,7 @@ class LongCall {
     action_->registerGoalCallback([this] { post(queue_, this, [this] { answerGoal(); }); });
     action_->start();
   }
-  /// Cancels the running goal, and waits for its end.
+  /// Before it, call cancel(), and stop the threads of the queue: roscpp 1.15 does not wait for a callback that runs.
   ~LongCall() {
     is_stopping_ = true;
     server_.shutdown();
@@ -73,6 +73,9 @@ class LongCall {
   }
   LongCall(const LongCall&) = delete;
   LongCall& operator=(const LongCall&) = delete;
+
+  /// Cancels the running goal, and takes no other.
+  void cancel() { is_stopping_ = true; }
 
  private:
   using Server = actionlib::SimpleActionServer<ActionT>;

@@ -71,8 +71,8 @@ MapFilesService::MapFilesService(const ros::NodeHandle& private_nh,
 }
 
 MapFilesService::~MapFilesService() {
-  save_call_.reset();
-  load_call_.reset();
+  save_call_->cancel();
+  load_call_->cancel();
   thread_.stop();
   guard_.run("autosave at the end", [this] { autosave(); });
 }

@@ -54,7 +54,7 @@ PoseCorrections::PoseCorrections(const ros::NodeHandle& nh, const ros::NodeHandl
 
 PoseCorrections::~PoseCorrections() {
   is_stopping_ = true;
-  call_.reset();
+  call_->cancel();
   thread_.stop();
 }
 
