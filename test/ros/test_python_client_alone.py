@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 """The Python client without a node that serves a map."""
-import time
 import unittest
 from unittest import mock
 
@@ -11,13 +10,7 @@ import rostest
 from cuboid_mapping.msg import FullCuboidMap
 from cuboid_mapping.srv import GetMap
 from cuboid_mapping_client import CuboidMapClient, client as client_module
-
-
-def wait_until(condition, limit_s=20.0):
-    end = time.monotonic() + limit_s
-    while not condition() and time.monotonic() < end:
-        time.sleep(0.02)
-    return condition()
+from waiting import wait_for
 
 
 class PythonClientAloneTest(unittest.TestCase):
@@ -44,18 +37,18 @@ class PythonClientAloneTest(unittest.TestCase):
 
         with mock.patch.object(rospy, 'logwarn_throttle', lambda period, text: lines.append(text)), \
                 CuboidMapClient('named') as client:
-            self.assertTrue(wait_until(lambda: publisher.get_num_connections() > 0))
+            self.assertTrue(wait_for(lambda: publisher.get_num_connections() > 0))
             publish('/first', 5)
-            self.assertTrue(wait_until(lambda: client.revision == 5))
+            self.assertTrue(wait_for(lambda: client.revision == 5))
             publish('/second', 6)
-            self.assertTrue(wait_until(lambda: lines))
+            self.assertTrue(wait_for(lambda: lines))
             self.assertEqual(lines[0], 'two nodes publish /alone/cuboid_map: /first, which is followed, and /second: '
                              'start each in a namespace of its own')
             self.assertEqual(client.revision, 5)
             publish('/alone/named', 7)
-            self.assertTrue(wait_until(lambda: client.revision == 7), 'the named node comes before the first')
+            self.assertTrue(wait_for(lambda: client.revision == 7), 'the named node comes before the first')
             publish('/first', 8)
-            self.assertTrue(wait_until(lambda: len(lines) > 1))
+            self.assertTrue(wait_for(lambda: len(lines) > 1))
             self.assertEqual(client.revision, 7)
 
     def test_refuses_questions(self):
