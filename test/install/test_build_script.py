@@ -115,6 +115,13 @@ class BuildScript(unittest.TestCase):
         self.assertIn('CATKIN_ENABLE_TESTING:UNINITIALIZED=ON', cache.read_text())
         self.assertNotIn('WERROR', cache.read_text())
 
+    def test_tests_are_built_where_nothing_was_built_before(self):
+        self.make_project('true')
+        with (self.root / 'CMakeLists.txt').open('a') as project:
+            project.write('if(CATKIN_ENABLE_TESTING)\n  add_custom_target(tests)\nendif()\n')
+        end = self.build('--all', '--tests')
+        self.assertEqual(end.returncode, 0, end.stderr)
+
     def test_the_library_is_not_compiled_beside_a_build(self):
         self.make_project('true')
         with (self.root / 'CMakeLists.txt').open('a') as project:
