@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A running node with a window: it drives away from a room and back, ends, is killed, and continues.
+#include "cuboid_mapping/GetLocks.h"
 #include "cuboid_mapping/GetMap.h"
 #include "cuboid_mapping/QueryBox.h"
+#include "cuboid_mapping/SetBox.h"
+#include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/map_files.h"
 #include "ros/driven_node.h"
 #include "ros/log_probe.h"
@@ -12,6 +15,7 @@ namespace cuboid_mapping_ros::test {
 namespace {
 
 using cuboid_mapping::QueryBox;
+using cuboid_mapping::SetBox;
 
 class NodeWindow : public DrivenNode {
  protected:
@@ -33,6 +37,23 @@ class NodeWindow : public DrivenNode {
   [[nodiscard]] static bool isKnownAt(double x) {
     const QueryBox::Response answer = askAt(x);
     return answer.success != 0 && answer.unknown_volume == 0.0;
+  }
+
+  static void setBoxAt(double x, std::uint8_t occupancy, bool is_locked) {
+    SetBox set;
+    set.request.occupancy = occupancy;
+    set.request.lock = static_cast<std::uint8_t>(is_locked);
+    set.request.boxes.emplace_back();
+    set.request.boxes.back().min = tf2::toMsg(Eigen::Vector3d(x - 0.2, -0.2, -0.2));
+    set.request.boxes.back().max = tf2::toMsg(Eigen::Vector3d(x + 0.2, 0.2, 0.2));
+    ASSERT_TRUE(callService(std::string(kName) + "/set_box", set));
+    ASSERT_TRUE(set.response.info.success) << set.response.info.message;
+  }
+
+  [[nodiscard]] static std::size_t countLocks() {
+    cuboid_mapping::GetLocks locks;
+    EXPECT_TRUE(callService(std::string(kName) + "/get_locks", locks));
+    return locks.response.boxes.size();
   }
 
   std::string file_ = folder_ / "map.sqlite";
@@ -63,6 +84,29 @@ TEST_P(NodeWindow, KeepsWhatIsFarAwayAndGoesOnWithIt) {
   const auto later =
       cuboid_mapping::test::voxelsOf(cuboid_mapping::readMapFile(file_).snapshot.bricks);
   for (const auto& [cell, value] : all) ASSERT_EQ(later.count(cell), 1U) << cell;
+}
+
+TEST_P(NodeWindow, KeepsLocksFarAwayForTheNextRun) {
+  start({"_window/file:=" + file_});
+  drive(0.0, 1.0);
+  setBoxAt(0.5, SetBox::Request::UNKNOWN, true);
+  drive(1.0, 40.0);
+  end(SIGINT);
+  EXPECT_TRUE(std::filesystem::exists(file_ + ".locks"));
+
+  start({"_window/file:=" + file_});
+  EXPECT_EQ(countLocks(), 1U);
+  drive(40.0, 0.0);
+  EXPECT_TRUE(isKnownAt(1.0)) << askAt(1.0).message;
+  EXPECT_EQ(askAt(0.5).occupancy, QueryBox::Response::UNKNOWN) << "clouds do not change it";
+  setBoxAt(0.5, SetBox::Request::KEEP, false);
+  end(SIGINT);
+  EXPECT_FALSE(std::filesystem::exists(file_ + ".locks"));
+
+  cuboid_mapping::replaceFile(file_ + ".locks", "0 0 0 1 1 1\n");
+  std::filesystem::remove(file_);
+  start({"_window/file:=" + file_});
+  EXPECT_EQ(countLocks(), 0U) << "of a map that was removed";
 }
 
 /// Whether an octree knows the voxel of a place.

@@ -89,18 +89,25 @@ void MappingNode::preparePublishing() {
 
 void MappingNode::beginWith(const std::optional<MapSnapshot>& start_map) {
   if (start_map) restore(*start_map);
+  const bool has_window_map = parameters_.window.keeps() && hasMap(parameters_.window.file);
   map_.setWindow(map_.read([&](const CuboidMap& map) { return makeWindow(parameters_, map); }));
+  if (has_window_map) lockAsSaved(parameters_.window.file);
+  if (parameters_.is_autosave_read) lockAsSaved(parameters_.autosave_file);
   if (parameters_.keep.isOn()) map_.setHistory(makeHistory(parameters_, map_));
 }
 
 void MappingNode::restore(const MapSnapshot& start_map) {
   map_.edit([&](CuboidMap& map) {
     map_.setProgress(start_map.progress);
-    auto changes = restoreSnapshot(start_map, map);
-    if (parameters_.is_autosave_read) {
-      for (const auto& box : readLocks(parameters_.autosave_file)) map.lock(box);
-    }
-    return changes;
+    return restoreSnapshot(start_map, map);
+  });
+}
+
+void MappingNode::lockAsSaved(const std::string& map_file) {
+  const std::vector<CellBox> boxes = readLocks(map_file);
+  map_.edit([&](CuboidMap& map) {
+    for (const CellBox& box : boxes) map.lock(box);
+    return ChangeSet{map.revision(), false, {}};
   });
 }
 

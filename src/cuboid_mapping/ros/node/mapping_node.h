@@ -92,6 +92,8 @@ class MappingNode {
   /// Creates the map, its window and its history.
   void beginWith(const std::optional<MapSnapshot>& start_map);
   void restore(const MapSnapshot& start_map);
+  /// Locks the boxes of readLocks().
+  void lockAsSaved(const std::string& map_file);
   void advertiseServices();
   /// Called after a correction of poses.
   void onCorrected();

@@ -52,6 +52,7 @@ MapFilesService::MapFilesService(const ros::NodeHandle& private_nh,
       autosave_file_(toAbsolute(parameters.autosave_file)),
       num_earlier_(parameters.autosave_keep),
       is_autosave_own_(parameters.is_autosave_read),
+      window_file_(parameters.window.keeps() ? toAbsolute(parameters.window.file) : ""),
       saved_(stateOf(map)),
       thread_(guard, "files") {
   save_call_.emplace(private_nh, kSaveMapService, thread_.queue(),
@@ -63,7 +64,7 @@ MapFilesService::MapFilesService(const ros::NodeHandle& private_nh,
                        onLoad(request, response, progress);
                      });
   if (!autosave_file_.empty()) announceAutosave();
-  if (!autosave_file_.empty() || parameters.window.keeps()) {
+  if (!autosave_file_.empty() || !window_file_.empty()) {
     autosave_timer_ = startTimer(withQueue(private_nh, thread_.queue()),
                                  parameters.autosave_period_s, [this] { autosave(); });
   }
@@ -131,25 +132,35 @@ StorageAnswer MapFilesService::load(const std::string& file, const LoadMap::Requ
 
 void MapFilesService::autosave() {
   map_.save();
-  if (autosave_file_.empty()) return;
   auto state = stateOf(map_);
   if (state == saved_) return;
+  std::string error;
+  if (!window_file_.empty()) error = trySaveLocks(window_file_);
+  if (!autosave_file_.empty()) error += saveToAutosaveFile();
+  if (error.empty()) saved_ = std::move(state);
+  const std::lock_guard<std::mutex> lock(error_mutex_);
+  autosave_error_ = error;
+}
+
+std::string MapFilesService::saveToAutosaveFile() {
   chooseAutosaveFile();
   keepEarlier();
-  StorageAnswer answer = saveMap(map_, frame_id_, autosave_file_, limits_);
-  if (answer.error.empty()) {
-    is_autosave_own_ = true;
-    is_earlier_kept_ = false;
-    try {
-      saveLocks(map_, autosave_file_);
-      saved_ = std::move(state);
-    } catch (const std::exception& exception) {
-      answer.error = exception.what();
-    }
-  }
+  const StorageAnswer answer = saveMap(map_, frame_id_, autosave_file_, limits_);
   logAnswer("saved to", autosave_file_, answer);
-  const std::lock_guard<std::mutex> lock(error_mutex_);
-  autosave_error_ = answer.error;
+  if (!answer.error.empty()) return answer.error;
+  is_autosave_own_ = true;
+  is_earlier_kept_ = false;
+  return trySaveLocks(autosave_file_);
+}
+
+std::string MapFilesService::trySaveLocks(const std::string& map_file) {
+  try {
+    saveLocks(map_, map_file);
+    return {};
+  } catch (const std::exception& exception) {
+    ROS_ERROR_STREAM_NAMED(kNodeName, "locked boxes not saved: " << exception.what());
+    return exception.what();
+  }
 }
 
 void MapFilesService::keepEarlier() {

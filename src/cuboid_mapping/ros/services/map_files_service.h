@@ -24,7 +24,7 @@
 namespace cuboid_mapping_ros {
 
 /// ~save_map and ~load_map, as services and actions; and saves to autosave_file, and of the window to its
-/// store, after each period with changes and at the end of the node.
+/// store, with locked boxes, after each period with changes and at the end of the node.
 ///
 /// Thread rule: all work runs one after the other in its own thread, so that neither clouds
 /// nor queries wait for a disk.
@@ -38,7 +38,8 @@ class MapFilesService {
   MapFilesService(const MapFilesService&) = delete;
   MapFilesService& operator=(const MapFilesService&) = delete;
 
-  /// Error of the last save to autosave_file, or the reason why none can succeed; empty: none. Thread-safe.
+  /// Error of the last save to autosave_file or of locked boxes, or the reason why none can succeed; empty: none.
+  /// Thread-safe.
   [[nodiscard]] std::string autosaveError() const;
 
  private:
@@ -49,6 +50,10 @@ class MapFilesService {
   StorageAnswer load(const std::string& file, const LoadMap::Request& request,
                      const CallProgress& progress);
   void autosave();
+  /// @return Error; empty: it is saved, with its locked boxes.
+  [[nodiscard]] std::string saveToAutosaveFile();
+  /// saveLocks(); returns its error, and logs it.
+  [[nodiscard]] std::string trySaveLocks(const std::string& map_file);
   /// Moves the previous save beside the file, to the earlier ones.
   void keepEarlier();
   /// Chooses another file if this one has a map that the node has neither read nor written.
@@ -64,7 +69,8 @@ class MapFilesService {
   int num_earlier_;               ///< Number of saves beside it.
   bool is_earlier_kept_ = false;  ///< The last save has failed, and its earlier save is kept.
   bool is_autosave_own_;          ///< This node has read or written it.
-  /// Revision and locked boxes of the map in autosave_file, or of older ones.
+  std::string window_file_;       ///< Store of the window; empty: none.
+  /// Revision and locked boxes of the map in these files, or of older ones.
   std::pair<std::uint64_t, std::vector<CellBox>> saved_;
   mutable std::mutex error_mutex_;
   std::string autosave_error_;
