@@ -353,12 +353,12 @@ OF_OTHER_COMMITS = {'peers': other_maps_block, 'scaling': scaling_block, 'proces
 
 
 def write_document(reports, others, document):
-    """@param others  Reports by tables that may be of other commits (OF_OTHER_COMMITS)."""
+    """@param others  Lists of reports by tables that may be of other commits (OF_OTHER_COMMITS): a table of each."""
     blocks = {'machine': machine_block, 'insertion': insertion_block, 'variants': variants_block,
               'memory': memory_block, 'queries': queries_block, 'agreement': agreement_block,
               'growth': growth_block}
     texts = {name: make(reports) for name, make in blocks.items()}
-    texts.update({name: make(others[name]) for name, make in OF_OTHER_COMMITS.items()})
+    texts.update({name: '\n\n'.join(map(make, others[name])) for name, make in OF_OTHER_COMMITS.items()})
     texts.update(draw_plots(reports, document.parent / document.stem))
     fill_blocks(document, texts)
 
