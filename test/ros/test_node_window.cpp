@@ -105,8 +105,11 @@ TEST_P(NodeWindow, KeepsLocksFarAwayForTheNextRun) {
 
   cuboid_mapping::replaceFile(file_ + ".locks", "0 0 0 1 1 1\n");
   std::filesystem::remove(file_);
-  start({"_window/file:=" + file_});
-  EXPECT_EQ(countLocks(), 0U) << "of a map that was removed";
+  for (int run = 1; run <= 2; ++run) {
+    start({"_window/file:=" + file_});
+    EXPECT_EQ(countLocks(), 0U) << "of a map that was removed, in run " << run;
+    end(SIGINT);
+  }
 }
 
 /// Whether an octree knows the voxel of a place.

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <filesystem>
 #include <utility>
 
 namespace cuboid_mapping_ros {
@@ -89,9 +90,11 @@ void MappingNode::preparePublishing() {
 
 void MappingNode::beginWith(const std::optional<MapSnapshot>& start_map) {
   if (start_map) restore(*start_map);
-  const bool has_window_map = parameters_.window.keeps() && hasMap(parameters_.window.file);
+  if (parameters_.window.keeps() && !hasMap(parameters_.window.file)) {
+    std::filesystem::remove(locksFile(parameters_.window.file));  // Of a map that is gone.
+  }
   map_.setWindow(map_.read([&](const CuboidMap& map) { return makeWindow(parameters_, map); }));
-  if (has_window_map) lockAsSaved(parameters_.window.file);
+  if (parameters_.window.keeps()) lockAsSaved(parameters_.window.file);
   if (parameters_.is_autosave_read) lockAsSaved(parameters_.autosave_file);
   if (parameters_.keep.isOn()) map_.setHistory(makeHistory(parameters_, map_));
 }

@@ -259,7 +259,7 @@ std::vector<ParameterDeclaration> declareFiles() {
        "exists and map_file is empty. It does not start if the file cannot be read, or has another "
        "resolution."},
       {"autosave_period", "s", number(&P::autosave_period_s, 1.0, 86400.0),
-       "Time between two saves to autosave_file."},
+       "Time between two saves to autosave_file, or to window/file."},
       {"autosave_keep", "", integer(&P::autosave_keep, 0, 1000),
        "Number of earlier saves that stay beside autosave_file: map.1.cuboids is the last before "
        "map.cuboids, map.2.cuboids the one before."},

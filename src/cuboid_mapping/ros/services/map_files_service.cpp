@@ -134,9 +134,10 @@ void MapFilesService::autosave() {
   map_.save();
   auto state = stateOf(map_);
   if (state == saved_) return;
-  std::string error;
-  if (!window_file_.empty()) error = trySaveLocks(window_file_);
-  if (!autosave_file_.empty()) error += saveToAutosaveFile();
+  std::string error = window_file_.empty() ? "" : trySaveLocks(window_file_);
+  const std::string of_autosave = autosave_file_.empty() ? "" : saveToAutosaveFile();
+  if (!error.empty() && !of_autosave.empty()) error += "; ";
+  error += of_autosave;
   if (error.empty()) saved_ = std::move(state);
   const std::lock_guard<std::mutex> lock(error_mutex_);
   autosave_error_ = error;
