@@ -131,10 +131,11 @@ inline ProgramEnd runProgram(const std::vector<std::string>& arguments,
 }
 
 /// For runProgram: limits the size of files, as on a full disk.
-inline void limitFileSize(std::size_t size_bytes) {
+/// @param process  Another process, which ignores SIGXFSZ; 0: this one.
+inline void limitFileSize(std::size_t size_bytes, pid_t process = 0) {
   std::signal(SIGXFSZ, SIG_IGN);
   const rlimit limit{size_bytes, size_bytes};
-  setrlimit(RLIMIT_FSIZE, &limit);
+  prlimit(process, RLIMIT_FSIZE, &limit, nullptr);
 }
 
 /// Waits for a file, for at most half a minute.
