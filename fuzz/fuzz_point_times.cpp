@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Times of points: clouds whose field of times has any type and place, and scans; divided into slices for deskew.
+#include "cuboid_mapping/ros/conversions/point_bytes.h"
 #include "cuboid_mapping/ros/conversions/sweep.h"
 
 #include "fuzz_cloud_message.h"
@@ -82,7 +83,8 @@ FUZZ_TARGET(fuzz_point_times) {
     message.content = sensor_msgs::LaserScan::ConstPtr(scan);
   } else {
     const auto cloud = boost::make_shared<sensor_msgs::PointCloud2>(takeTimedCloud(input));
-    num_points = std::size_t{cloud->width} * cloud->height;
+    const CloudLayout layout = layoutOf(*cloud);
+    num_points = layout.width * layout.height;
     message.content = sensor_msgs::PointCloud2::ConstPtr(cloud);
   }
   const auto times_s = readPointTimes(message);
