@@ -3,6 +3,7 @@
 #pragma once
 
 #include "cuboid_mapping/SaveMap.h"
+#include "cuboid_mapping/SetBox.h"
 #include "cuboid_mapping/io/map_files.h"
 #include "ros/node_command.h"
 #include "ros/node_probe.h"
@@ -76,6 +77,18 @@ class DrivenNode : public ::testing::TestWithParam<bool> {
 
   void publishRoom(const ros::Time& stamp) {
     clouds_.publish(makeCloud("base", stamp, makeRoom({1.0, 1.0, 0.5})));
+  }
+
+  static void setBox(std::uint8_t occupancy, bool lock, const Eigen::Vector3d& min,
+                     const Eigen::Vector3d& max) {
+    cuboid_mapping::SetBox set;
+    set.request.occupancy = occupancy;
+    set.request.lock = static_cast<std::uint8_t>(lock);
+    set.request.boxes.emplace_back();
+    set.request.boxes.back().min = tf2::toMsg(min);
+    set.request.boxes.back().max = tf2::toMsg(max);
+    ASSERT_TRUE(callService(std::string(kName) + "/set_box", set));
+    ASSERT_TRUE(set.response.info.success) << set.response.info.message;
   }
 
   /// The log-odds of all voxels, from ~save_map.

@@ -89,18 +89,6 @@ class NodeCorrections : public DrivenNode {
     sendAll(20, kNumClouds, pose);
   }
 
-  static void setBox(std::uint8_t occupancy, bool lock, const Eigen::Vector3d& min,
-                     const Eigen::Vector3d& max) {
-    SetBox set;
-    set.request.occupancy = occupancy;
-    set.request.lock = static_cast<std::uint8_t>(lock);
-    set.request.boxes.emplace_back();
-    set.request.boxes.back().min = tf2::toMsg(min);
-    set.request.boxes.back().max = tf2::toMsg(max);
-    ASSERT_TRUE(callService(std::string(kName) + "/set_box", set));
-    ASSERT_TRUE(set.response.info.success) << set.response.info.message;
-  }
-
   static CorrectPoses::Response correct(const nav_msgs::Path& path, bool outside_stays = false) {
     CorrectPoses correct;
     correct.request.path = path;

@@ -3,7 +3,6 @@
 #include "cuboid_mapping/GetLocks.h"
 #include "cuboid_mapping/GetMap.h"
 #include "cuboid_mapping/QueryBox.h"
-#include "cuboid_mapping/SetBox.h"
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/map_files.h"
 #include "ros/driven_node.h"
@@ -40,14 +39,7 @@ class NodeWindow : public DrivenNode {
   }
 
   static void setBoxAt(double x, std::uint8_t occupancy, bool is_locked) {
-    SetBox set;
-    set.request.occupancy = occupancy;
-    set.request.lock = static_cast<std::uint8_t>(is_locked);
-    set.request.boxes.emplace_back();
-    set.request.boxes.back().min = tf2::toMsg(Eigen::Vector3d(x - 0.2, -0.2, -0.2));
-    set.request.boxes.back().max = tf2::toMsg(Eigen::Vector3d(x + 0.2, 0.2, 0.2));
-    ASSERT_TRUE(callService(std::string(kName) + "/set_box", set));
-    ASSERT_TRUE(set.response.info.success) << set.response.info.message;
+    setBox(occupancy, is_locked, {x - 0.2, -0.2, -0.2}, {x + 0.2, 0.2, 0.2});
   }
 
   [[nodiscard]] static std::size_t countLocks() {
