@@ -33,7 +33,8 @@ def table(head, rows):
 
 
 def title_of(report):
-    title = f"{SHORT_NAMES.get(report['dataset'], report['dataset'])}, {report['resolution_m']:g} m"
+    dataset = report['dataset'].split('_every_')[0]
+    title = f"{SHORT_NAMES.get(dataset, dataset)}, {report['resolution_m']:g} m"
     limit_m = report['max_range_m']
     if report.get('point_step', 1) > 1:
         title += f", one of {report['point_step']} points"
@@ -332,13 +333,14 @@ def samples_block(reports):
 
 
 def spacing_block(reports):
-    rows, used = [], reports.of(spacings())
-    for report in used:
-        rows.append([title_of(report), f"{report['every']}", f"{report['clouds']}", f"{report['cuboid_mapping']['cells']:,}",
+    found = [(frames, reports.get(run)) for frames, run in spacings() if reports.get(run)]
+    rows = []
+    for frames, report in found:
+        rows.append([title_of(report), f'{frames}', f"{report['clouds']}", f"{report['cuboid_mapping']['cells']:,}",
                      *(gain(report, peer, figure) for figure in (lambda f: f['cells'], lambda f: f['bytes_heap'], lambda f: f['insert_cpu_s'])
                        for peer in PEERS)])
-    return with_machines(['data set', 'one of', 'clouds', 'cuboids', "times in OctoMap's leaves", "in OpenVDB's voxels",
-                          'heap: OctoMap', 'OpenVDB', 'insertion: OctoMap', 'OpenVDB'], rows, used)
+    return with_machines(['data set', 'one frame of', 'clouds', 'cuboids', "times in OctoMap's leaves", "in OpenVDB's voxels",
+                          'heap: OctoMap', 'OpenVDB', 'insertion: OctoMap', 'OpenVDB'], rows, [report for _, report in found])
 
 
 def with_machines(head, rows, reports):

@@ -9,6 +9,9 @@ OTHER_MAPS = {'octomap': 'OctoMap', 'octomap_lazy': 'OctoMap, lazy', 'openvdb': 
               'bonxai_map': 'Bonxai, own rays', 'ufomap': 'UFOMap', 'wavemap': 'wavemap, our voxels',
               'ohm': 'ohm, our voxels', 'ohm_rays': 'ohm, own rays', 'mrpt': 'mrpt, our voxels', 'dmap': 'D-Map'}
 KITTI, TOR, FR079, RGBD = SHORT_NAMES
+# One frame of so many of the recording is a scan of the data set; and sets with more of its frames, made by scripts/data_set.
+FRAMES = {KITTI: 6, TOR: 2, FR079: 1, RGBD: 160}
+FINER = {KITTI: (1, 2, 3), TOR: (1,), FR079: (), RGBD: (5, 20)}
 
 # (data set, resolution).
 HEADLINES = [(KITTI, 0.2), (TOR, 0.2), (FR079, 0.05), (FR079, 0.1), (RGBD, 0.05), (RGBD, 0.02)]
@@ -114,11 +117,18 @@ def sampled_clouds():
     yield Run(KITTI, 0.2, 1, point_step=4, **options)
 
 
+def finer_sets(dataset):
+    """Sets with more frames of a recording: (one frame of so many, name)."""
+    return [(frames, f'{dataset}_every_{frames}') for frames in FINER[dataset]]
+
+
 def spacings():
-    """Of the headlines outdoors and in the corridor, with fewer scans of the same drive."""
-    for dataset, resolution in HEADLINES[:3]:
-        for every in (1, 2, 4):
-            yield Run(dataset, resolution, 1, every=every)
+    """Of a headline of each recording, with more and with fewer of its frames: (one frame of so many, run)."""
+    for dataset, resolution in (*HEADLINES[:3], HEADLINES[4]):
+        for frames, name in finer_sets(dataset):
+            yield frames, Run(name, resolution, 1)
+        for every in (1, 2, 4) if dataset != RGBD else (1,):
+            yield every * FRAMES[dataset], Run(dataset, resolution, 1, every=every)
 
 
 def scaling(is_large=False):
@@ -142,7 +152,7 @@ def scaling_runs(is_large=False):
 def all_runs(is_quick, processes=PROCESSES):
     runs = [*headlines(), *fine_voxels(), *variants(), *resolution_sweep(FR079), *resolution_sweep(KITTI),
             *range_sweep(), *cloud_sweep(), *branching_sweep(), *long_drives(), *other_maps(), *scaling_runs(),
-            *sampled_clouds(), *spacings(), *process_runs(processes)]
+            *sampled_clouds(), *(run for _, run in spacings()), *process_runs(processes)]
     if is_quick:  # Without OctoMap's long runs.
         runs = [run for run in runs if run.dataset in (FR079, RGBD) and not {'shuffle', 'cloud_samples'} & run.options.keys()]
         for run in runs:

@@ -4,6 +4,7 @@ import json
 import statistics
 
 from benchmark_document import extent, table
+from benchmark_runs import FRAMES, finer_sets
 
 REFERENCE_M = 0.2
 USUAL_SAMPLES_PER_M = 0.1  # Default of growth/samples_per_m.
@@ -159,16 +160,22 @@ def starters_block(runs):
     return table(['data set', *(f'{density:g} a metre' for density in densities)], rows)
 
 
-def spacing_block(runs, spacings):
-    """Cells of the same drive with all scans and with fewer. @param spacings  Runs, by how many scans one is taken of."""
+def spacing_block(finer, spacings):
+    """Cells of the same recording with more and with fewer of its frames.
+
+    @param finer     Runs of the sets with more frames.
+    @param spacings  Runs of the data sets, by how many scans one is taken of.
+    """
     rows = []
-    for dataset in dict.fromkeys(dataset for thinned in spacings.values() for dataset in thinned.datasets()):
-        for every, found in {1: runs, **spacings}.items():
-            octomap = found.octomap(dataset)
+    for dataset in dict.fromkeys(dataset for thinned in list(spacings.values())[1:] for dataset in thinned.datasets()):
+        sets = [(frames, name, finer) for frames, name in finer_sets(dataset)]
+        sets += [(every * FRAMES[dataset], dataset, thinned) for every, thinned in spacings.items()]
+        for frames, name, found in sets:
+            octomap = found.octomap(name)
             if octomap:
-                rows.append([dataset, f'{every}', f"{octomap['clouds']}", f"{octomap['cells']:,}", share(found.letter(dataset), octomap),
-                             share(found.find(dataset, fusion='growth'), octomap)])
-    return table(['data set', 'one of', 'clouds', "OctoMap's cells", 'the paper, to the letter', 'growth'], rows)
+                rows.append([dataset, f'{frames}', f"{octomap['clouds']}", f"{octomap['cells']:,}", share(found.letter(name), octomap),
+                             share(found.find(name, fusion='growth'), octomap)])
+    return table(['data set', 'one frame of', 'clouds', "OctoMap's cells", 'the paper, to the letter', 'growth'], rows)
 
 
 def resolutions_block(runs):
