@@ -229,7 +229,9 @@ TEST(MergeMaps, followsItsRuleInEachVoxel) {
       }
       for (auto& [cell, value] : expected) value = std::clamp(value, model.min(), model.max());
       MapSnapshot merged = first;
+      merged.cuboids = {Cuboid{}};
       const MapOverlap overlap = mergeMaps(second, rule, merged);
+      EXPECT_TRUE(merged.cuboids.empty()) << "they were those of the first map";
       EXPECT_EQ(voxelsOf(merged.bricks), expected) << toString(rule) << seedNote(i);
       EXPECT_FALSE(findFault(merged)) << seedNote(i);
       EXPECT_EQ(overlap.known_to_both, counts.known_to_both) << seedNote(i);

@@ -36,6 +36,12 @@ std::set<Cell> findVoxels(const CuboidMap& map, const CellBox& region) {
   return found;
 }
 
+double distanceToMean(const std::vector<Cell>& voxels, const Eigen::Vector3d& of) {
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const Cell& cell : voxels) mean += Eigen::Vector3d(cell.x, cell.y, cell.z);
+  return (of - mean / static_cast<double>(voxels.size())).norm();
+}
+
 bool touch(const Cell& a, const Cell& b) {
   return std::abs(a.x - b.x) <= 1 && std::abs(a.y - b.y) <= 1 && std::abs(a.z - b.z) <= 1;
 }
@@ -79,6 +85,14 @@ TEST(FrontierQuery, findsTheVoxelsBesideUnknownSpaceInClusters) {
       clusters.insert({frontier.voxels.begin(), frontier.voxels.end()});
       EXPECT_LE(frontier.voxels.size(), last) << "the largest first";
       last = frontier.voxels.size();
+      const Cell center = map.grid().toCell(frontier.center_map).value();
+      const double distance =
+          distanceToMean(frontier.voxels, {1.0 * center.x, 1.0 * center.y, 1.0 * center.z});
+      for (const Cell& cell : frontier.voxels) {
+        EXPECT_LE(
+            distance,
+            distanceToMean(frontier.voxels, {1.0 * cell.x, 1.0 * cell.y, 1.0 * cell.z}) + 1e-9);
+      }
     }
     ASSERT_EQ(clusters, expected);
     num_frontiers += clusters.size();

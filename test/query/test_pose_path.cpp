@@ -83,6 +83,21 @@ TEST(PosePath, GoesStraightWhereNothingIsInTheWay) {
   EXPECT_EQ(path.T_map_body.size(), 2U);
 }
 
+TEST(PosePath, TakesTheShorterWayAroundAWall) {
+  // The way below the wall is longer, and nearer to the origin of the map.
+  CuboidMap map(decimetres());
+  map.replace(kAllCells, {{{{0, 0, 0}, {41, 60, 10}}, -1.0F}});
+  map.replace({{20, 8, 0}, {21, 50, 10}}, {{{{20, 8, 0}, {21, 50, 10}}, 1.0F}});
+  PosePathTask task;
+  task.body = boxBody({0.3, 0.3, 0.3});
+  task.start_map = yawed({1.0, 3.0, 0.5}, 0.0);
+  task.goal_map = yawed({3.0, 3.0, 0.5}, 0.0);
+  const PosePath path = findPosePath(map, task);
+  expectPath(map, task, path);
+  for (const Eigen::Isometry3d& T_map_body : path.T_map_body)
+    EXPECT_GE(T_map_body.translation().y(), 2.9);
+}
+
 TEST(PosePath, SaysWhyThereIsNone) {
   const CuboidMap rooms = twoRooms(0.8);
   const auto end_with = [&](auto change) {

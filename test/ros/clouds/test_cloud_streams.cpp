@@ -117,6 +117,17 @@ class CloudStreams : public ::testing::Test {
   std::unique_ptr<CloudBuffer> buffer_;
 };
 
+TEST_F(CloudStreams, ACloudThatIsAheadOfTfSaysByHowMuch) {
+  putTf(kStart_s);
+  std_msgs::Header header;
+  header.frame_id = "lidar";
+  header.stamp = ros::Time(kStart_s + 0.25);
+  const PoseSearch search = findPoses(tf_, PoseFrames(parameters_, parameters_.source), header, {});
+  EXPECT_FALSE(search.poses);
+  ASSERT_TRUE(search.lead_s);
+  EXPECT_NEAR(*search.lead_s, 0.25, 1e-6);
+}
+
 TEST_F(CloudStreams, LateTfCostsNoCloud) {
   run({{30.0}}, {50.0, 0.0, 0.5}, 20.0);
   EXPECT_EQ(num_inserted_, num_sent_);

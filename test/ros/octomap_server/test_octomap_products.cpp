@@ -187,6 +187,15 @@ TEST(OctomapProducts, areExactFarAway) {
   EXPECT_EQ(marker.points[0].z + marker.pose.position.z, center.z());
 }
 
+TEST(OctomapProducts, countsTheVoxelsThatAnOctreeHasNoRoomFor) {
+  const MapSnapshot snapshot = takeSnapshot(
+      makeMap({{CellBox::ofCell({0, 0, 0}), 1.0F}, {CellBox::ofCell({100000, 0, 0}), 1.0F}}), "");
+  const ShownLeaves shown =
+      computeShownLeaves(snapshot, ShownCells::kOccupied, {}, OctreeKind::kFull);
+  EXPECT_GE(shown.num_left_out, 1.0);
+  EXPECT_EQ(static_cast<double>(shown.leaves.size()) + shown.num_left_out, 2.0);
+}
+
 TEST(OctomapProducts, pointsAreThoseOfLeavesOfOneLogOdds) {
   // As in octomap_server, eight voxels of one class and two log-odds are no leaf.
   const MapSnapshot snapshot =
