@@ -27,7 +27,7 @@ endmacro()
 find_path(OPENVDB_INCLUDE_DIR openvdb/openvdb.h)
 find_library(OPENVDB_LIBRARY openvdb)
 find_library(TBB_LIBRARY tbb)
-find_library(HALF_LIBRARY NAMES Imath Imath-3_1 Half)  # numbers of 16 bits, of OpenEXR
+find_library(HALF_LIBRARY NAMES Half Imath-3_1 Imath)  # numbers of 16 bits: of OpenEXR 2, whose Imath has none, or 3
 mark_as_advanced(OPENVDB_INCLUDE_DIR OPENVDB_LIBRARY TBB_LIBRARY HALF_LIBRARY)
 set(OPENVDB_LIBRARIES ${OPENVDB_LIBRARY} ${TBB_LIBRARY})
 if(HALF_LIBRARY)

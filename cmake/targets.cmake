@@ -5,6 +5,10 @@ function(cuboid_mapping_configure target)
   target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR}/src)  # internal headers
   # No contraction to fused multiply-add: the ray walk has OctoMap's arithmetic to the last bit.
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -ffp-contract=off)
+  if(CMAKE_CXX_COMPILER_ID STREQUAL GNU AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 10)
+    # g++ 9 warns when an empty std::optional is copied.
+    target_compile_options(${target} PRIVATE -Wno-maybe-uninitialized)
+  endif()
   # Sources of a target share no name of an unnamed namespace.
   if(CUBOID_MAPPING_UNITY)
     set_target_properties(${target} PROPERTIES UNITY_BUILD ON)

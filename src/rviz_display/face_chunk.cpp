@@ -77,7 +77,7 @@ std::size_t FaceChunk::upload(const FaceMesh& mesh, FaceIndices& indices) {
   num_runs_ = 0;
   if (num_vertices_ == 0) {
     vertex_data_->vertexBufferBinding->unsetAllBindings();
-    for (Run& run : runs_) run.indices.indexBuffer.reset();
+    for (Run& run : runs_) run.indices.indexBuffer = {};
     return 0;
   }
   bounds_.setExtents(toOgre(mesh.bounds.min), toOgre(mesh.bounds.max));

@@ -32,12 +32,12 @@ Ogre::HardwareIndexBufferSharedPtr make(Ogre::HardwareIndexBuffer::IndexType typ
 
 const Ogre::HardwareIndexBufferSharedPtr& FaceIndices::forFaces(std::size_t num_faces) {
   if (num_faces <= kMostOf16Bits) {
-    if (!short_) {
+    if (short_.get() == nullptr) {
       short_ = make<std::uint16_t>(Ogre::HardwareIndexBuffer::IT_16BIT, kMostOf16Bits);
     }
     return short_;
   }
-  if (!long_ || long_->getNumIndexes() < 6 * num_faces) {
+  if (long_.get() == nullptr || long_->getNumIndexes() < 6 * num_faces) {
     long_ = make<std::uint32_t>(Ogre::HardwareIndexBuffer::IT_32BIT,
                                 std::max(2 * kMostOf16Bits, 2 * num_faces));
   }

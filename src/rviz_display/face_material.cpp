@@ -156,7 +156,7 @@ constexpr const char* kGroup = "General";  // of Ogre: it is always there
 std::string program(const std::string& name, Ogre::GpuProgramType type, const std::string& source) {
   auto& manager = Ogre::HighLevelGpuProgramManager::getSingleton();
   std::string full_name = "cuboid_mapping/" + name;
-  if (manager.resourceExists(full_name, kGroup)) return full_name;
+  if (manager.getByName(full_name, kGroup).get() != nullptr) return full_name;
   const Ogre::HighLevelGpuProgramPtr made = manager.createProgram(full_name, kGroup, "glsl", type);
   made->setSource(source);
   made->load();
@@ -259,7 +259,7 @@ FaceMaterial::FaceMaterial() {
 }
 
 FaceMaterial::~FaceMaterial() {
-  Ogre::MaterialManager::getSingleton().remove(material_->getName(), kGroup);
+  Ogre::MaterialManager::getSingleton().remove(material_->getHandle());
 }
 
 void FaceMaterial::setStyle(const FaceStyle& style) {

@@ -35,14 +35,19 @@ FlatImage::~FlatImage() {
   Ogre::SceneManager* scene = node_.getCreator();
   scene->destroyManualObject(&plane_);
   scene->destroySceneNode(&node_);
-  Ogre::MaterialManager::getSingleton().remove(material_->getName(), kImageGroup);
-  if (texture_) Ogre::TextureManager::getSingleton().remove(texture_->getName(), kImageGroup);
+  Ogre::MaterialManager::getSingleton().remove(material_->getHandle());
+  removeTexture();
+}
+
+void FlatImage::removeTexture() {
+  if (texture_.get() == nullptr) return;
+  Ogre::TextureManager::getSingleton().remove(texture_->getHandle());
 }
 
 void FlatImage::show(const std::vector<Pixel>& pixels, std::size_t width,
                      const Ogre::Vector3& corner, float pixel_m) {
   auto& textures = Ogre::TextureManager::getSingleton();
-  if (texture_) textures.remove(texture_->getName(), kImageGroup);
+  removeTexture();
   const std::size_t height = pixels.size() / width;
   std::vector<Pixel> copy = pixels;  // Ogre takes only pointers to writable memory.
   Ogre::DataStreamPtr stream(

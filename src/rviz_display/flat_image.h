@@ -29,6 +29,8 @@ class FlatImage {
             float pixel_m);
 
  private:
+  void removeTexture();
+
   Ogre::SceneNode& node_;
   Ogre::ManualObject& plane_;
   Ogre::MaterialPtr material_;
