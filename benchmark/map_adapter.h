@@ -85,6 +85,9 @@ struct InsertionConfig {
 /// The same voxels with lazy_eval: inner nodes are updated and pruned once, at the end; with searches by descent.
 [[nodiscard]] std::unique_ptr<PeerAdapter> makeLazyOctomapAdapter(const InsertionConfig& config);
 
+/// OctoMap's insertPointCloud with discretize: one ray for all points of a voxel, to its center. Not asked.
+[[nodiscard]] std::unique_ptr<PeerAdapter> makeOctomapDiscreteAdapter(const InsertionConfig& config);
+
 /// Where this program was built with them: see peers.h.
 ///@{
 /// An OpenVDB float grid of log-odds, filled as vdb_mapping does it: an active voxel is known.

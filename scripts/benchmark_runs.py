@@ -5,8 +5,8 @@ import random
 SHORT_NAMES = {'kitti_0005_city': 'KITTI 0005, city', 'muehlburger_tor_standing': 'Mühlburger Tor, standing',
                'sim_fr079': 'fr079, simulated', 'rgbd_7scenes': '7-Scenes, RGB-D'}
 PEERS = {'octomap': 'OctoMap', 'openvdb': 'OpenVDB'}
-OTHER_MAPS = {'octomap': 'OctoMap', 'octomap_lazy': 'OctoMap, lazy', 'openvdb': 'OpenVDB', 'bonxai': 'Bonxai, grid',
-              'bonxai_map': 'Bonxai, own rays', 'ufomap': 'UFOMap', 'wavemap': 'wavemap, our voxels',
+OTHER_MAPS = {'octomap': 'OctoMap', 'octomap_lazy': 'OctoMap, lazy', 'octomap_discrete': 'OctoMap, discretized',
+              'openvdb': 'OpenVDB', 'bonxai': 'Bonxai, grid', 'bonxai_map': 'Bonxai, own rays', 'ufomap': 'UFOMap', 'wavemap': 'wavemap, our voxels',
               'ohm': 'ohm, our voxels', 'ohm_rays': 'ohm, own rays', 'mrpt': 'mrpt, our voxels', 'dmap': 'D-Map'}
 KITTI, TOR, FR079, RGBD = SHORT_NAMES
 # One frame of so many of the recording is a scan of the data set; and sets with more of its frames, made by scripts/data_set.

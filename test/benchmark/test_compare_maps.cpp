@@ -178,7 +178,8 @@ TEST_F(CompareMaps, reportsEveryFigureOfEveryMap) {
 
 /// Those that have other rays, or round more.
 bool isExactPeer(const std::string& name) {
-  const std::set<std::string> others{"bonxai_map", "dmap", "mrpt", "ohm_rays", "ufomap", "wavemap"};
+  const std::set<std::string> others{"bonxai_map", "dmap",   "mrpt",   "octomap_discrete",
+                                     "ohm_rays",   "ufomap", "wavemap"};
   return others.count(name) == 0;
 }
 
