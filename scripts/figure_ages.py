@@ -20,7 +20,7 @@ import tarfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 DOC = ROOT / 'doc'
-SOURCES = ('src', 'include', 'benchmark')  # Folders in which all sources are.
+SOURCES = ('src', 'include', 'benchmark', 'scripts')  # Folders in which all sources are.
 MARKS = re.compile(r'(<!-- ages:begin -->\n).*?(<!-- ages:end -->)', re.DOTALL)
 
 
