@@ -3,9 +3,9 @@
 #include "cuboid_mapping/ros/middleware/callback_guard.h"
 
 #include "cuboid_mapping/ros/middleware/callbacks.h"
+#include "ros/logged_lines.h"
 
 #include <gtest/gtest.h>
-#include <ros/console.h>
 #include <boost/make_shared.hpp>
 
 #include <filesystem>
@@ -19,22 +19,6 @@
 
 namespace cuboid_mapping_ros {
 namespace {
-
-/// Collects log lines while it lives.
-class LoggedLines : public ros::console::LogAppender {
- public:
-  LoggedLines() { ros::console::register_appender(this); }
-  ~LoggedLines() override { ros::console::deregister_appender(this); }
-  LoggedLines(const LoggedLines&) = delete;
-  LoggedLines& operator=(const LoggedLines&) = delete;
-
-  void log(ros::console::Level /*level*/, const char* text, const char* /*file*/,
-           const char* /*function*/, int /*line*/) override {
-    lines.emplace_back(text);
-  }
-
-  std::vector<std::string> lines;
-};
 
 TEST(CallbackGuard, CountsWhatFailsAndSaysWhatItWas) {
   CallbackGuard guard;
@@ -50,12 +34,13 @@ TEST(CallbackGuard, CountsWhatFailsAndSaysWhatItWas) {
 
 TEST(CallbackGuard, LogsWhatFailsAgainAndAgainOnce) {
   CallbackGuard guard;
-  LoggedLines log;
+  (void)LoggedLines::take();
   for (int i = 0; i < 5; ++i) guard.noteFailure("timer", "no memory");
-  EXPECT_EQ(log.lines.size(), 1U);
+  EXPECT_EQ(LoggedLines::take().size(), 1U);
   guard.noteFailure("timer", "no thread");
-  ASSERT_EQ(log.lines.size(), 2U) << "another failure";
-  EXPECT_NE(log.lines[1].find("timer: no thread (6 so far)"), std::string::npos) << log.lines[1];
+  const std::vector<std::string> another = LoggedLines::take();
+  ASSERT_EQ(another.size(), 1U);
+  EXPECT_NE(another[0].find("timer: no thread (6 so far)"), std::string::npos) << another[0];
 }
 
 TEST(CallbackGuard, NoExceptionLeavesACallbackOfAGuardedQueue) {
