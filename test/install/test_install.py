@@ -112,8 +112,10 @@ class InstallSpaceTest(unittest.TestCase):
 
     def test_another_package_is_built_with_it(self):
         headers = SOURCE / 'include'
+        has_fcl = any(self.space.rglob('libcuboid_mapping_fcl.*'))  # Ubuntu 20.04's FCL is too old for it.
         for path in headers.rglob('*.h'):
-            self.assertTrue((self.space / 'include' / path.relative_to(headers)).is_file(), path.name)
+            is_there = (self.space / 'include' / path.relative_to(headers)).is_file()
+            self.assertEqual(is_there, has_fcl or path.name != 'fcl_obstacles.h', path.name)
         # The default of some compilers; the exports of cuboid_mapping require C++17.
         program = self.build(SOURCE / 'test/install/client', '-DCMAKE_CXX_STANDARD=14')
         self.assertEqual(run(program, self.root / 'map.ot', env=self.environment).split()[-1], 'OcTree')
