@@ -86,7 +86,8 @@ struct InsertionConfig {
 [[nodiscard]] std::unique_ptr<PeerAdapter> makeLazyOctomapAdapter(const InsertionConfig& config);
 
 /// OctoMap's insertPointCloud with discretize: one ray for all points of a voxel, to its center. Not asked.
-[[nodiscard]] std::unique_ptr<PeerAdapter> makeOctomapDiscreteAdapter(const InsertionConfig& config);
+[[nodiscard]] std::unique_ptr<PeerAdapter> makeOctomapDiscreteAdapter(
+    const InsertionConfig& config);
 
 /// Where this program was built with them: see peers.h.
 ///@{
