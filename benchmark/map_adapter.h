@@ -86,7 +86,7 @@ struct InsertionConfig {
 [[nodiscard]] std::unique_ptr<PeerAdapter> makeLazyOctomapAdapter(const InsertionConfig& config);
 
 /// OctoMap's insertPointCloud with discretize: one ray for all points of a voxel, to its center. Not asked.
-[[nodiscard]] std::unique_ptr<PeerAdapter> makeOctomapDiscreteAdapter(
+[[nodiscard]] std::unique_ptr<PeerAdapter> makeDiscreteOctomapAdapter(
     const InsertionConfig& config);
 
 /// Where this program was built with them: see peers.h.

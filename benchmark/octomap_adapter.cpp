@@ -3,6 +3,7 @@
 #include "octomap_descent.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace cuboid_mapping::bench {
@@ -104,6 +105,7 @@ class OctomapAdapter : public PeerAdapter {
 
   [[nodiscard]] const OcTree& tree() const { return *tree_; }
   OcTree& tree() { return *tree_; }
+  [[nodiscard]] double maxRange_m() const { return max_range_m_; }
 
  private:
   std::unique_ptr<OcTree> tree_;
@@ -141,6 +143,25 @@ class LazyOctomapAdapter : public OctomapAdapter {
   }
 };
 
+/// Its searches are those of OctomapAdapter, and not asked again.
+class DiscreteOctomapAdapter : public OctomapAdapter {
+ public:
+  using OctomapAdapter::OctomapAdapter;
+
+  [[nodiscard]] std::string name() const override { return "octomap_discrete"; }
+  [[nodiscard]] bool offers(QueryKind /*kind*/) const override { return false; }
+
+  void insert(const Scan& scan) override {
+    octomap::Pointcloud cloud;
+    cloud.reserve(scan.points.size());
+    for (const Eigen::Vector3f& point : scan.points) cloud.push_back(toPoint(point.cast<double>()));
+    constexpr bool kLazy = false;
+    constexpr bool kDiscretize = true;
+    tree().insertPointCloud(cloud, toPoint(scan.origin.cast<double>()),
+                            std::isinf(maxRange_m()) ? -1.0 : maxRange_m(), kLazy, kDiscretize);
+  }
+};
+
 }  // namespace
 
 std::unique_ptr<PeerAdapter> makeOctomapAdapter(const InsertionConfig& config) {
@@ -149,6 +170,10 @@ std::unique_ptr<PeerAdapter> makeOctomapAdapter(const InsertionConfig& config) {
 
 std::unique_ptr<PeerAdapter> makeLazyOctomapAdapter(const InsertionConfig& config) {
   return std::make_unique<LazyOctomapAdapter>(config);
+}
+
+std::unique_ptr<PeerAdapter> makeDiscreteOctomapAdapter(const InsertionConfig& config) {
+  return std::make_unique<DiscreteOctomapAdapter>(config);
 }
 
 }  // namespace cuboid_mapping::bench

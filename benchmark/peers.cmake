@@ -22,9 +22,6 @@ macro(cuboid_mapping_add_peer name maker needs include_dirs libraries)
   string(APPEND CUBOID_MAPPING_PEER_TABLE "{\"${name}\", ${peer_maker}, \"${needs}\"},\n")
 endmacro()
 
-set(CUBOID_MAPPING_HAS_OCTOMAP_DISCRETE ON)
-cuboid_mapping_add_peer(octomap_discrete makeOctomapDiscreteAdapter liboctomap-dev "" "")
-
 # Not with OpenVDB's own FindOpenVDB.cmake, which lies elsewhere with every distribution, and asks for libraries that
 # are not needed here.
 find_path(OPENVDB_INCLUDE_DIR openvdb/openvdb.h)

@@ -9,6 +9,7 @@ const std::vector<Peer>& allPeers() {
   static const std::vector<Peer> kPeers{
       {"octomap", makeOctomapAdapter, "liboctomap-dev"},
       {"octomap_lazy", makeLazyOctomapAdapter, "liboctomap-dev"},
+      {"octomap_discrete", makeDiscreteOctomapAdapter, "liboctomap-dev"},
 #include "optional_peers.inc"  // By CMake: a null maker where it has not found the headers.
   };
   return kPeers;
