@@ -81,7 +81,7 @@ void clip() {
 )";
 
 /// Fragment shader with the macros MODE, and optionally EDGES, CLIPPED and CAPPED: fewer macros are faster in
-/// software.
+/// software. The preprocessor of Ogre 1.9 knows no #elif.
 constexpr const char* kColors = R"(
 uniform vec4 color;
 
@@ -95,11 +95,14 @@ void main() {
 #endif
 #if MODE == 0
   vec3 shade = rainbow(hue);
-#elif MODE == 1
+#endif
+#if MODE == 1
   vec3 shade = mix(vec3(0.1, 0.7, 0.2), vec3(0.85, 0.1, 0.1), figures.r);
-#elif MODE == 2
+#endif
+#if MODE == 2
   vec3 shade = rainbow(3.2 * (1.0 - figures.g));
-#else
+#endif
+#if MODE == 3
   vec3 shade = color.rgb;
 #endif
 #ifdef CAPPED
