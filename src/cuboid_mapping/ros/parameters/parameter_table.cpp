@@ -225,7 +225,7 @@ std::vector<ParameterDeclaration> declareTopics() {
        "classes, which suffice for planners."},
       {"map_part_size", "MB", number(&P::map_part_size_mb, 0.001, 500.0),
        "A larger map is sent in several messages (cuboid_map, ~get_map). This is the size before "
-       "compression, which leaves about a third."},
+       "compression."},
       {"color_by", "",
        choice<ColorBy>(&P::color_by,
                        {{"height", ColorBy::kHeight}, {"probability", ColorBy::kProbability}}),
@@ -235,9 +235,8 @@ std::vector<ParameterDeclaration> declareTopics() {
        "from blue to red. The lowest and the highest 2 % of the map do not count."},
       {"markers/joined", "", boolean(&P::markers_are_joined),
        "true: occupied_cuboids and free_cuboids show cuboids joined across bricks, up to 64 voxels "
-       "long: walls as walls, not as tiles of 8 voxels. Reading the map for them then takes about "
-       "1.5 times as long (0.7 us more per occupied cuboid in changed chunks of 64 voxels). Clouds "
-       "wait only during this reading."},
+       "long: walls as walls, not as tiles of 8 voxels. Reading the map for them then takes "
+       "longer. Clouds wait only during this reading."},
   };
 }
 
@@ -278,7 +277,7 @@ std::vector<ParameterDeclaration> declareQueries() {
       {"query/max_bricks", "",
        integer({&P::service_limits, &ServiceLimits::max_bricks}, 1000, 2000000000),
        "Maximum number of blocks of 8 x 8 x 8 voxels and of cuboids that a call may visit. Each "
-       "one that the call keeps in memory counts as eight: the default allows about 400 MB."},
+       "one that the call keeps in memory counts as eight."},
       {"query/max_entries", "",
        integer({&P::service_limits, &ServiceLimits::max_entries}, 1, 100000000),
        "Maximum number of points, boxes, rays or paths in a request, and of cuboids in an answer."},
