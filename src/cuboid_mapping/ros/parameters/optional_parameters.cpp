@@ -173,7 +173,7 @@ std::vector<ParameterDeclaration> declareKeep() {
   return {
       {"keep_clouds/memory", "MB", integer({&P::keep, &KeepParameters::memory_mb}, 0, 1000000),
        "Memory for kept clouds, from which ~correct_poses and corrected_path rebuild the map. A "
-       "point takes about 2 bytes, and is rounded to a sixteenth of a voxel. When the memory is "
+       "point takes 1 to 2 bytes, and is rounded to a sixteenth of a voxel. When the memory is "
        "full, the oldest clouds become a fixed part of the map. A rebuild needs memory for a "
        "second whole map, also with a window. 0: no cloud is kept."},
       {"keep_clouds/max_age", "s", number({&P::keep, &KeepParameters::max_age_s}, 0.1, 1e9),

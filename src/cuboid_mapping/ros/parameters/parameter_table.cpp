@@ -271,9 +271,8 @@ std::vector<ParameterDeclaration> declareQueries() {
   return {
       {"query/max_time", "s",
        number({&P::service_limits, &ServiceLimits::max_time_s}, 1e-3, 3600.0),
-       "Maximum time of one service call. Clouds and other calls run in between. An answer that "
-       "was "
-       "cut short says so."},
+       "Time after which a query is cut short; its answer says so. Clouds and other calls run in "
+       "between."},
       {"query/max_bricks", "",
        integer({&P::service_limits, &ServiceLimits::max_bricks}, 1000, 2000000000),
        "Maximum number of blocks of 8 x 8 x 8 voxels and of cuboids that a call may visit. Each "
