@@ -62,6 +62,7 @@ cuboid_mapping_add_part(core
   cuboid_mapping/rtree/rtree.cpp
   cuboid_mapping/scan/beam_marks.cpp
   cuboid_mapping/scan/beam_samples.cpp
+  cuboid_mapping/scan/brick_update.cpp
   cuboid_mapping/scan/ray_batch.cpp
   cuboid_mapping/scan/ray_walk.cpp
   cuboid_mapping/scan/scan.cpp

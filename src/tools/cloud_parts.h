@@ -48,7 +48,7 @@ class PartReader {
   explicit PartReader(std::string_view bytes) : bytes_(bytes) {}
 
   [[nodiscard]] bool isAtEnd() const { return bytes_.empty(); }
-  /// Takes the next part. @param bricks  Its bricks; Morton numbers are 0. @return Its source.
+  /// Takes the next part. @param bricks  Its bricks. @return Its source.
   /// @throws std::runtime_error  when the bytes end too early.
   std::size_t read(std::vector<cuboid_mapping::BrickUpdate>& bricks);
 

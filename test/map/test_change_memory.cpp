@@ -40,10 +40,9 @@ TEST(ChangeMemory, OfEditsBrickByBrickGrowsWithTheMapAndNotWithItsSquare) {
 TEST(ChangeMemory, OfACloudHasNoRoomForACopyOfIt) {
   ScanUpdate update;
   for (std::int32_t i = 0; i < 4096; ++i) {
-    // In order for its sensor, as a cloud is, not along the Morton curve from the origin.
-    const auto place = static_cast<std::uint64_t>(i);
-    update.bricks.push_back({Cell{8 * (i % 64), 8 * (i / 64), 0}, BrickMask::all(), {}, place});
+    update.bricks.push_back({Cell{8 * (i % 64), 8 * (i / 64), 0}, BrickMask::all(), {}});
   }
+  sortBricks(update.bricks);
   CuboidMap map;
   for (int i = 0; i < 20; ++i) map.apply(update);  // All voxels are clamped: nothing changes.
   const std::size_t num_bricks = update.bricks.size();

@@ -2,12 +2,15 @@
 #include "cuboid_mapping/map/cuboid_map.h"
 
 #include "cuboid_mapping/fusion/cuboid_tree.h"
+#include "cuboid_mapping/scan/scan_update.h"
 #include "support/following_copy.h"
 #include "support/modelled_map.h"
+#include "support/snapshots.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <optional>
 #include <set>
 #include <string>
@@ -33,7 +36,6 @@ MapConfig configOf(Environment environment, FusionKind fusion, const RTreeConfig
 /// An update of one brick at the origin.
 ScanUpdate updateOf(const std::vector<CellBox>& hits, const std::vector<CellBox>& misses) {
   BrickUpdate brick;
-  brick.morton = test::mortonOf(brick.brick);
   for (const CellBox& box : hits) test::markBox(brick.hits, box);
   for (const CellBox& box : misses) test::markBox(brick.misses, box);
   ScanUpdate update;
@@ -159,15 +161,51 @@ TEST(CuboidMap, countsABrickOnceThatComesTwiceInAnUpdate) {
   ScanUpdate twice;
   const BrickMask left = BrickMask::ofBox({{0, 0, 0}, {4, 8, 8}});
   const BrickMask all = BrickMask::all();
-  twice.bricks.push_back({{8, 0, 0}, {}, left, 0});
-  twice.bricks.push_back({{0, 0, 0}, {}, all, 0});
-  twice.bricks.push_back({{8, 0, 0}, left, all, 0});
+  twice.bricks.push_back({{8, 0, 0}, {}, left});
+  twice.bricks.push_back({{0, 0, 0}, {}, all});
+  twice.bricks.push_back({{8, 0, 0}, left, all});
   CuboidMap map;
   const ChangeSet changes = map.apply(twice);
   EXPECT_EQ(changes.bricks.size(), 2U);
   EXPECT_EQ(map.voxels().numFreeVoxels(), 512.0 + 256.0);
   EXPECT_EQ(map.voxels().numOccupiedVoxels(), 256.0);
   EXPECT_EQ(checkMap(map), std::vector<std::string>{});
+}
+
+/// Scans of two sensors that look at each other, along the diagonal.
+std::array<Scan, 2> scansOfTwoSensors(Random& random) {
+  std::array<Scan, 2> scans;
+  scans[0].origin = Eigen::Vector3f::Constant(9.65F);
+  scans[1].origin = Eigen::Vector3f::Constant(2.5F);
+  for (Scan& scan : scans) {
+    for (int i = 0; i < 40; ++i) {
+      const auto place = [&random] { return static_cast<float>(random.real(2.5, 9.6)); };
+      scan.points.emplace_back(place(), place(), place());
+    }
+  }
+  return scans;
+}
+
+TEST(CuboidMap, isThatOfBothScansForTwoUpdatesUnitedOrInARow) {
+  Random random(7);
+  for (const FusionKind fusion : {FusionKind::kClass, FusionKind::kGrowth}) {
+    const MapConfig config = configOf(Environment::kDynamic, fusion);
+    const std::array<Scan, 2> scans = scansOfTwoSensors(random);
+    CuboidMap expected(config);
+    expected.apply(ScanUpdater(Grid(0.1)).compute(scans.data(), scans.size()));
+    const ScanUpdate first = ScanUpdater(Grid(0.1)).compute(scans[0]);
+    const ScanUpdate second = ScanUpdater(Grid(0.1)).compute(scans[1]);
+    ScanUpdate in_a_row = first;
+    in_a_row.bricks.insert(in_a_row.bricks.end(), second.bricks.begin(), second.bricks.end());
+    for (const ScanUpdate& both : {in_a_row, unite(first, second), unite(second, first)}) {
+      CuboidMap map(config);
+      map.apply(both);
+      EXPECT_EQ(checkMap(map), std::vector<std::string>{});
+      EXPECT_TRUE(test::voxelsOf(map) == test::voxelsOf(expected));
+      EXPECT_EQ(map.voxels().numFreeVoxels(), expected.voxels().numFreeVoxels());
+      EXPECT_EQ(map.voxels().numOccupiedVoxels(), expected.voxels().numOccupiedVoxels());
+    }
+  }
 }
 
 TEST(CuboidMap, forgetsEverythingWhenCleared) {

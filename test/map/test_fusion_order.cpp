@@ -160,7 +160,7 @@ INSTANTIATE_TEST_SUITE_P(
 /// An update of one voxel in a brick.
 ScanUpdate missIn(const Cell& brick) {
   ScanUpdate update;
-  update.bricks.push_back({brick, {}, BrickMask::ofBox(CellBox::ofCell(brick)), 0});
+  update.bricks.push_back({brick, {}, BrickMask::ofBox(CellBox::ofCell(brick))});
   return update;
 }
 

@@ -56,7 +56,6 @@ TEST(LockedBoxes, areLeftOutOfUpdates) {
       const BrickUpdate& update = updates[b];
       const BrickUpdate& rest = rests[b];
       EXPECT_EQ(rest.brick, update.brick);
-      EXPECT_EQ(rest.morton, update.morton);
       test::visitCells(brickBox(update.brick), [&](const Cell& cell) {
         const bool is_free = !box.contains(cell);
         ASSERT_EQ(test::isInMask(rest.hits, cell), is_free && test::isInMask(update.hits, cell));

@@ -166,7 +166,7 @@ class Stream {
         auto found = std::find_if(update.bricks.begin(), update.bricks.end(),
                                   [&](const BrickUpdate& b) { return b.brick == brick; });
         if (found == update.bricks.end()) {
-          update.bricks.push_back({brick, {}, {}, test::mortonOf(brick)});
+          update.bricks.push_back({brick, {}, {}});
           found = std::prev(update.bricks.end());
         }
         (is_hit ? found->hits : found->misses) |= part;
@@ -175,8 +175,7 @@ class Stream {
     for (int i = random_.integer(0, 2); i > 0; --i)
       mark(test::randomBoxInside(random_, kArea), false);
     if (random_.chance(0.5)) mark(test::randomBox(random_, kArea, 3), true);
-    std::sort(update.bricks.begin(), update.bricks.end(),
-              [](const BrickUpdate& a, const BrickUpdate& b) { return a.morton < b.morton; });
+    sortBricks(update.bricks);
     return update;
   }
 

@@ -40,7 +40,7 @@ Observation makeObservation(const NodeParameters& parameters, int sequence,
   message.min = parameters.source.sensor_model.alpha_min;
   message.max = parameters.source.sensor_model.alpha_max;
   cuboid_mapping::ScanUpdate update;
-  update.bricks.push_back({{8 * sequence, 0, 0}, {}, cuboid_mapping::BrickMask::all(), 0});
+  update.bricks.push_back({{8 * sequence, 0, 0}, {}, cuboid_mapping::BrickMask::all()});
   const std::string bytes = toBytes(update);
   message.data.assign(bytes.begin(), bytes.end());
   return message;

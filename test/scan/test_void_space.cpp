@@ -109,7 +109,7 @@ TEST(VoidSpace, AnObjectThatPassesIsInItAndTheWallIsNot) {
 TEST(VoidSpace, IsTakenToAnotherFrameVoxelByVoxel) {
   VoidSpace space;
   ScanUpdate update;
-  update.bricks.push_back({{8, 0, 0}, {}, BrickMask::all(), 0});
+  update.bricks.push_back({{8, 0, 0}, {}, BrickMask::all()});
   space.add(update);
   const std::set<Cell> before = cellsOf(space);
   ASSERT_EQ(before.size(), 6U * 6U * 6U);
@@ -125,7 +125,7 @@ TEST(VoidSpace, IsTakenToAnotherFrameVoxelByVoxel) {
 /// A cloud that passes all voxels of one brick.
 ScanUpdate passing(const Cell& brick) {
   ScanUpdate update;
-  update.bricks.push_back({brick, {}, BrickMask::all(), 0});
+  update.bricks.push_back({brick, {}, BrickMask::all()});
   return update;
 }
 
@@ -147,7 +147,7 @@ TEST(VoidSpace, ForgetsPagesOutsideABoxThatNoneOfTheLastCloudsHasTouched) {
   EXPECT_EQ(known(space), (std::vector<Cell>{{0, 0, 0}, {56, 56, 56}, {64, 0, 0}, {1000, 0, 0}}))
       << "a page is whole, or goes";
   ScanUpdate hit;
-  hit.bricks.push_back({{1008, 0, 0}, BrickMask::all(), {}, 0});
+  hit.bricks.push_back({{1008, 0, 0}, BrickMask::all(), {}});
   space.add(hit);
   for (int i = 0; i < 3; ++i) space.add({});
   space.forgetOutside({}, 4);

@@ -126,7 +126,7 @@ inline void observe(ModelledBrick& brick, const BrickMask& hits, const BrickMask
   std::vector<BrickUpdate> updates;
   for (const Cell& brick : bricks) {
     const BrickMask hits = random.chance(0.4) ? randomMask(random) : BrickMask();
-    updates.push_back({brick, hits, randomMask(random), 0});
+    updates.push_back({brick, hits, randomMask(random)});
   }
   sortBricks(updates);
   return updates;

@@ -67,17 +67,6 @@ inline BrickValues randomBrickValues(Random& random) {
   return brick;
 }
 
-/// Place of a brick along a Morton curve that starts 2^20 bricks below zero.
-inline std::uint64_t mortonOf(const Cell& brick) {
-  std::uint64_t morton = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    const std::int64_t from_base = brick[axis] / kBrickEdge + std::int64_t{1 << 20};
-    const auto number = static_cast<std::uint64_t>(from_base);
-    for (int bit = 0; bit < 21; ++bit) morton |= (number >> bit & 1) << (3 * bit + axis);
-  }
-  return morton;
-}
-
 /// Sets all voxels of a box in the brick's mask. @pre the box lies in the brick.
 inline void markBox(BrickMask& mask, const CellBox& box) {
   visitCells(box, [&](const Cell& cell) { mask.set(voxelIndex(cell)); });
@@ -92,7 +81,6 @@ inline ScanUpdate randomUpdate(Random& random, const CellBox& area, int max_bric
     BrickUpdate brick;
     const Cell number = randomCell(random, area);
     brick.brick = {number.x * kBrickEdge, number.y * kBrickEdge, number.z * kBrickEdge};
-    brick.morton = mortonOf(brick.brick);
     const CellBox box = brickBox(brick.brick);
     if (random.chance(0.7))
       markBox(brick.misses, random.chance(0.2) ? box : randomBoxInside(random, box));
@@ -101,13 +89,10 @@ inline ScanUpdate randomUpdate(Random& random, const CellBox& area, int max_bric
             CellBox::ofCell(randomCell(random, box)));
     update.bricks.push_back(brick);
   }
-  const auto is_before = [](const BrickUpdate& a, const BrickUpdate& b) {
-    return a.morton < b.morton;
-  };
   const auto is_same = [](const BrickUpdate& a, const BrickUpdate& b) {
-    return a.morton == b.morton;
+    return a.brick == b.brick;
   };
-  std::sort(update.bricks.begin(), update.bricks.end(), is_before);
+  sortBricks(update.bricks);
   update.bricks.erase(std::unique(update.bricks.begin(), update.bricks.end(), is_same),
                       update.bricks.end());
   return update;

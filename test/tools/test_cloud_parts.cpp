@@ -69,7 +69,7 @@ TEST(CloudParts, ReachFromOneEndOfAMapToTheOther) {
   constexpr std::int32_t kMax = Grid::kMaxCell / kBrickEdge * kBrickEdge - kBrickEdge;
   ScanUpdate update;
   for (const Cell& brick : {Cell{-kMax, kMax, 0}, Cell{kMax, -kMax, kMax}, Cell{0, 0, -kMax}}) {
-    update.bricks.push_back({brick, {}, BrickMask::all(), 0});
+    update.bricks.push_back({brick, {}, BrickMask::all()});
   }
   PartWriter writer;
   write(update, 0, writer);

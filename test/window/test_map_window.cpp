@@ -190,7 +190,7 @@ MapConfig tenthOfAMetre() {
 /// A cloud of one brick with all voxels occupied.
 ScanUpdate updateOf(const Cell& brick) {
   ScanUpdate update;
-  update.bricks.push_back({brick, BrickMask::all(), {}, test::mortonOf(brick)});
+  update.bricks.push_back({brick, BrickMask::all(), {}});
   return update;
 }
 

@@ -28,9 +28,6 @@ struct BrickUpdate {
   Cell brick;        ///< Least cell of the brick.
   BrickMask hits;    ///< Voxels in which a beam ends.
   BrickMask misses;  ///< Voxels that a beam passes. A voxel that is also a hit counts as a hit.
-  /// Place along the Morton curve from a cell below the sensor, the same for all bricks of an update; >> 6
-  /// names a group of 4 x 4 x 4 bricks.
-  std::uint64_t morton = 0;
   /// Voxels that beams pass in their end margin only, see BeamRanges: misses if they are unknown, else nothing.
   /// A voxel that is also a hit or a miss counts as that.
   BrickMask grazes{};
@@ -61,11 +58,21 @@ struct BrickUpdate {
 /// octomap::OccupancyOcTreeBase::computeUpdate differs in one point: it leaves out the voxel where a beam is
 /// cut.
 struct ScanUpdate {
-  std::vector<BrickUpdate> bricks;   ///< One for each touched brick, in Morton order.
+  std::vector<BrickUpdate> bricks;   ///< One for each touched brick, along the Morton curve.
   std::vector<Cell> samples;         ///< Cells drawn along the beams, see BeamSampling.
   std::size_t num_points = 0;        ///< Beams that took part: points, no-returns, open ends.
   std::size_t num_out_of_range = 0;  ///< Beams left out: an end is not finite, or outside the grid.
   std::size_t num_too_far = 0;       ///< Beams left out: longer than kMaxBeamVoxels.
 };
+
+/// Whether each brick comes once, along the Morton curve.
+[[nodiscard]] bool isOrdered(const std::vector<BrickUpdate>& bricks);
+
+/// The same voxels with each brick once, along the Morton curve. @complexity O(n log n).
+[[nodiscard]] std::vector<BrickUpdate> ordered(std::vector<BrickUpdate> bricks);
+
+/// One observation of what two saw, such as two sensors at the same time: each voxel once, and a hit wins.
+/// Counts are sums. Neither needs to be ordered. @complexity O(n log n).
+[[nodiscard]] ScanUpdate unite(ScanUpdate first, const ScanUpdate& second);
 
 }  // namespace cuboid_mapping

@@ -11,15 +11,22 @@
 namespace cuboid_mapping {
 namespace {
 
-/// Magic numbers of the formats without and with grazes. All others are refused.
-///@{
-constexpr std::uint32_t kUpdateMagic = 0x31534243;      // "CBS1"
-constexpr std::uint32_t kMagicWithGrazes = 0x32534243;  // "CBS2"
-///@}
+/// A format: its magic number, and what it has.
+struct UpdateFormat {
+  std::uint32_t magic;
+  bool has_cells;  ///< Bricks are cells; in old formats, numbers on a Morton curve.
+  bool has_grazes;
+};
+constexpr UpdateFormat kUpdateFormats[] = {{0x31534243, false, false},  // "CBS1"
+                                           {0x32534243, false, true},   // "CBS2"
+                                           {0x33534243, true, false},   // "CBS3"
+                                           {0x34534243, true, true}};   // "CBS4"
 constexpr int kFast = 1;
+/// Bits on each axis of a number on a Morton curve.
+constexpr int kNumberBits = 21;
 /// Largest size of an item before compression.
 constexpr std::uint64_t kMaxItemBytes = 3 * sizeof(BrickMask) + 9;
-/// Size of the counts and of the cell from which bricks are numbered.
+/// Size of the counts, and of the cell from which old formats number bricks.
 constexpr std::uint64_t kMaxFixedBytes = 64;
 
 void writeCell(const Cell& cell, ByteWriter& payload) {
@@ -32,33 +39,40 @@ Cell readCell(ByteReader& payload) {
   return cell;
 }
 
-bool hasGrazes(const ScanUpdate& update) {
-  return std::any_of(update.bricks.begin(), update.bricks.end(), [](const BrickUpdate& brick) {
-    return !brick.grazes.without(brick.hits | brick.misses).isEmpty();
-  });
+const UpdateFormat& formatOf(const ScanUpdate& update) {
+  const bool has_grazes =
+      std::any_of(update.bricks.begin(), update.bricks.end(), [](const BrickUpdate& brick) {
+        return !brick.grazes.without(brick.hits | brick.misses).isEmpty();
+      });
+  return kUpdateFormats[has_grazes ? 3 : 2];
+}
+
+const UpdateFormat* formatOf(std::uint32_t magic) {
+  for (const UpdateFormat& format : kUpdateFormats) {
+    if (format.magic == magic) return &format;
+  }
+  return nullptr;
 }
 
 /// Writes column by column, which zstd compresses best.
-std::string encodeBricks(const ScanUpdate& update) {
+std::string encodeBricks(const ScanUpdate& update, const UpdateFormat& format) {
   ByteWriter payload;
   payload.writeVarint(update.num_points);
   payload.writeVarint(update.num_out_of_range);
   payload.writeVarint(update.num_too_far);
-  Cell base{0, 0, 0};
-  if (!update.bricks.empty()) {
-    base = update.bricks.front().brick - cellOfMorton(update.bricks.front().morton);
-  }
-  writeCell(base, payload);
-  std::uint64_t next = 0;
-  for (const BrickUpdate& brick : update.bricks) {
-    payload.writeVarint(brick.morton - next);
-    next = brick.morton + 1;
+  for (int axis = 0; axis < 3; ++axis) {
+    std::int32_t last = 0;
+    for (const BrickUpdate& brick : update.bricks) {
+      const std::int32_t number = brick.brick[axis] / kBrickEdge;
+      payload.writeVarint(toZigzag(number - last));
+      last = number;
+    }
   }
   for (const BrickUpdate& brick : update.bricks) writeMask(brick.hits, payload);
   for (const BrickUpdate& brick : update.bricks) {
     writeMask(brick.misses.without(brick.hits), payload);
   }
-  if (hasGrazes(update)) {
+  if (format.has_grazes) {
     for (const BrickUpdate& brick : update.bricks) {
       writeMask(brick.grazes.without(brick.hits | brick.misses), payload);
     }
@@ -67,29 +81,50 @@ std::string encodeBricks(const ScanUpdate& update) {
   return payload.take();
 }
 
-/// Brick of a number from a message. Computed in 64 bits, since damaged numbers may be of any size.
-Cell checkedBrick(const Cell& base, std::uint64_t morton) {
-  const Cell from_base = cellOfMorton(morton);
-  Cell brick;
-  for (int axis = 0; axis < 3; ++axis) {
-    const std::int64_t place = std::int64_t{base[axis]} + from_base[axis];
-    if (place % kBrickEdge != 0 || place < -Grid::kMaxCell || place >= Grid::kMaxCell) {
-      failCorrupted("a brick lies outside the limits of a map");
-    }
-    brick[axis] = static_cast<std::int32_t>(place);
+/// A coordinate of a brick in a message. In 64 bits, since damaged numbers may be of any size.
+std::int32_t checkedPlace(std::int64_t place) {
+  if (place % kBrickEdge != 0 || place < -Grid::kMaxCell || place >= Grid::kMaxCell) {
+    failCorrupted("a brick lies outside the limits of a map");
   }
-  return brick;
+  return static_cast<std::int32_t>(place);
+}
+
+void readBricks(ByteReader& payload, std::vector<BrickUpdate>& bricks) {
+  for (int axis = 0; axis < 3; ++axis) {
+    std::int64_t number = 0;
+    for (BrickUpdate& brick : bricks) {
+      number += fromZigzag(payload.readVarint());
+      brick.brick[axis] = checkedPlace(number * kBrickEdge);
+    }
+  }
+}
+
+/// The bricks of an old format: gaps between the numbers on a Morton curve that begins at a cell.
+void readNumberedBricks(ByteReader& payload, std::vector<BrickUpdate>& bricks) {
+  constexpr std::uint64_t kEnd = std::uint64_t{1} << (3 * kNumberBits);
+  const Cell base = readCell(payload);
+  std::uint64_t next = 0;
+  for (BrickUpdate& brick : bricks) {
+    const std::uint64_t gap = payload.readVarint64();
+    if (next >= kEnd || gap >= kEnd - next) failCorrupted("a brick has no number");
+    const std::uint64_t number = next + gap;
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto from_base = static_cast<std::int64_t>(gatherBits(number >> axis)) * kBrickEdge;
+      brick.brick[axis] = checkedPlace(base[axis] + from_base);
+    }
+    next = number + 1;
+  }
 }
 
 /// The header before the content.
 struct Head {
-  bool has_grazes;
+  UpdateFormat format;
   std::size_t num_bricks;
   std::size_t num_samples;
 
   [[nodiscard]] std::uint64_t numItems() const { return num_bricks + num_samples; }
   [[nodiscard]] std::uint64_t leastBytes() const {
-    return (has_grazes ? 3 : 2) * sizeof(BrickMask) * num_bricks + 3 * num_samples;
+    return (format.has_grazes ? 3 : 2) * sizeof(BrickMask) * num_bricks + 3 * num_samples;
   }
 };
 
@@ -99,20 +134,11 @@ ScanUpdate decodeUpdate(std::string_view bytes, const Head& head) {
   update.num_points = payload.readVarint64();
   update.num_out_of_range = payload.readVarint64();
   update.num_too_far = payload.readVarint64();
-  const Cell base = readCell(payload);
   update.bricks.resize(head.num_bricks);
-  std::uint64_t next = 0;
-  for (BrickUpdate& brick : update.bricks) {
-    const std::uint64_t gap = payload.readVarint64();
-    constexpr std::uint64_t kEnd = std::uint64_t{1} << (3 * kBrickKeyBits);
-    if (next >= kEnd || gap >= kEnd - next) failCorrupted("a brick has no number");
-    brick.morton = next + gap;
-    brick.brick = checkedBrick(base, brick.morton);
-    next = brick.morton + 1;
-  }
+  (head.format.has_cells ? readBricks : readNumberedBricks)(payload, update.bricks);
   for (BrickUpdate& brick : update.bricks) brick.hits = readMask(payload);
   for (BrickUpdate& brick : update.bricks) brick.misses = readMask(payload);
-  if (head.has_grazes) {
+  if (head.format.has_grazes) {
     for (BrickUpdate& brick : update.bricks) brick.grazes = readMask(payload);
   }
   if (std::any_of(update.bricks.begin(), update.bricks.end(),
@@ -131,9 +157,10 @@ ScanUpdate decodeUpdate(std::string_view bytes, const Head& head) {
 }  // namespace
 
 std::string toBytes(const ScanUpdate& update) {
-  const std::string payload = encodeBricks(update);
+  const UpdateFormat& format = formatOf(update);
+  const std::string payload = encodeBricks(update, format);
   ByteWriter bytes;
-  bytes.writeU32(hasGrazes(update) ? kMagicWithGrazes : kUpdateMagic);
+  bytes.writeU32(format.magic);
   bytes.writeU32(static_cast<std::uint32_t>(update.bricks.size()));
   bytes.writeU32(static_cast<std::uint32_t>(update.samples.size()));
   bytes.writeU64(payload.size());
@@ -145,9 +172,9 @@ std::string toBytes(const ScanUpdate& update) {
 std::optional<ScanUpdate> scanUpdateOfBytes(std::string_view bytes, std::size_t max_items) {
   try {
     ByteReader reader(bytes);
-    const std::uint32_t magic = reader.readU32();
-    if (magic != kUpdateMagic && magic != kMagicWithGrazes) return std::nullopt;
-    Head head{magic == kMagicWithGrazes, 0, 0};
+    const UpdateFormat* format = formatOf(reader.readU32());
+    if (format == nullptr) return std::nullopt;
+    Head head{*format, 0, 0};
     head.num_bricks = reader.readU32();
     head.num_samples = reader.readU32();
     const std::uint64_t payload_bytes = reader.readU64();

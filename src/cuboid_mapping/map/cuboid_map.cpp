@@ -7,41 +7,12 @@
 #include "cuboid_mapping/voxels/brick_store.h"
 #include "cuboid_mapping/voxels/uniform_boxes.h"
 
-#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <stdexcept>
 #include <utility>
 
 namespace cuboid_mapping {
-namespace {
-
-/// Whether each brick comes once, along the Morton curve of its sensor.
-bool isOrdered(const std::vector<BrickUpdate>& bricks) {
-  return std::adjacent_find(bricks.begin(), bricks.end(),
-                            [](const BrickUpdate& a, const BrickUpdate& b) {
-                              return a.morton >= b.morton;
-                            }) == bricks.end();
-}
-
-/// The observation with each brick once, along the Morton curve.
-std::vector<BrickUpdate> ordered(std::vector<BrickUpdate> bricks) {
-  sortBricks(bricks);
-  std::size_t count = 0;
-  for (const BrickUpdate& brick : bricks) {
-    if (count == 0 || bricks[count - 1].brick != brick.brick) {
-      bricks[count++] = brick;
-      continue;
-    }
-    bricks[count - 1].hits |= brick.hits;
-    bricks[count - 1].misses |= brick.misses;
-    bricks[count - 1].grazes |= brick.grazes;
-  }
-  bricks.resize(count);
-  return bricks;
-}
-
-}  // namespace
 
 CuboidMap::CuboidMap(const MapConfig& config)
     : config_(checked(config)),
@@ -72,8 +43,7 @@ ChangeSet CuboidMap::apply(const ScanUpdate& update, const SensorModel& model) {
 VoxelStore::PendingChange CuboidMap::prepare(const ScanUpdate& update,
                                              const SensorModel& model) const {
   assert(model.min() == sensor_model_.min() && model.max() == sensor_model_.max());
-  // Only growth depends on the order of bricks, which must not depend on the sensor's place.
-  if (locked_->isEmpty() && !growth_ && isOrdered(update.bricks)) {
+  if (locked_->isEmpty() && isOrdered(update.bricks)) {
     return voxels_.prepare(update.bricks, model, work());
   }
   return voxels_.prepare(locked_->without(ordered(update.bricks)), model, work());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Morton numbers of bricks with 21 bits per axis.
+// Morton numbers of the bricks of a cloud.
 #pragma once
 
 #include "cuboid_mapping/scan/beam_marks.h"
@@ -28,16 +28,43 @@ namespace cuboid_mapping {
   return (value | value >> 32) & 0x1FFFFF;
 }
 
-[[nodiscard]] constexpr std::uint64_t toMorton(BrickKey key) {
-  return spreadBits(key) | spreadBits(key >> kBrickKeyBits) << 1 |
-         spreadBits(key >> (2 * kBrickKeyBits)) << 2;
-}
+/// Numbers the bricks of a cloud in the order of isBeforeOnMortonCurve(), whatever base their keys count from.
+class MortonOrder {
+ public:
+  /// Alignment of the base.
+  static constexpr std::int32_t kAlignment = 1 << 23;
 
-/// Inverse of toMorton(): the least cell of the brick, counted from the base of the numbers.
-[[nodiscard]] constexpr Cell cellOfMorton(std::uint64_t morton) {
-  return {static_cast<std::int32_t>(gatherBits(morton)) * kBrickEdge,
-          static_cast<std::int32_t>(gatherBits(morton >> 1)) * kBrickEdge,
-          static_cast<std::int32_t>(gatherBits(morton >> 2)) * kBrickEdge};
-}
+  /// @param base  A multiple of kAlignment on each axis. Keys reach at most twice as far, so that the curve
+  ///              passes at most one such multiple on an axis.
+  constexpr explicit MortonOrder(const Cell& base) {
+    int rank[3] = {};
+    for (int axis = 0; axis < 3; ++axis) {
+      // The highest bit in which the two sides of the multiple differ; the lowest axis wins a tie.
+      const std::uint32_t middle = static_cast<std::uint32_t>(base[axis]) + kAlignment;
+      rank[axis] = (middle == 0 ? 31 : __builtin_ctz(middle)) * 3 - axis;
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+      for (int other = 0; other < 3; ++other) shift_[axis] += rank[other] < rank[axis] ? 1 : 0;
+      shift_[axis] += kSideBit;
+    }
+  }
+
+  /// The number of a brick.
+  [[nodiscard]] constexpr std::uint64_t operator()(BrickKey key) const {
+    std::uint64_t number = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const BrickKey along = key >> (kBrickKeyBits * axis);
+      number |= spreadBits(along & kBelowSide) << (2 - axis);
+      number |= (along >> (kBrickKeyBits - 1) & 1) << shift_[axis];
+    }
+    return number;
+  }
+
+ private:
+  static constexpr int kSideBit = 3 * (kBrickKeyBits - 1);
+  static constexpr BrickKey kBelowSide = (BrickKey{1} << (kBrickKeyBits - 1)) - 1;
+
+  int shift_[3] = {};  ///< Place of the bit of each axis that tells the side of the multiple.
+};
 
 }  // namespace cuboid_mapping

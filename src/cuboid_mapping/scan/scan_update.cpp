@@ -15,28 +15,28 @@
 namespace cuboid_mapping {
 namespace {
 
-// Bricks are numbered from a base that lies 2^20 bricks below the sensor, so that one number has 21
-// bits on each axis. The base is aligned to the groups of 4 x 4 x 4 bricks.
-constexpr std::int32_t kBaseOffset = 1 << 23;
-static_assert(kMaxBeamVoxels + 2 * kGroupEdge < kBaseOffset, "every voxel of a beam has a number");
+/// Distance within which voxels have a key, on each axis from the cloud's first sensor.
+constexpr std::int32_t kReach = MortonOrder::kAlignment / 2;
+/// Distance within which sensors have beams.
+constexpr std::int32_t kSensorReach = kReach - (kMaxBeamVoxels + 1);
 constexpr std::size_t kPartsPerThread = 16;
 /// Prefetch distance, in bricks.
 constexpr std::size_t kBricksAhead = 8;
 
-Cell baseOf(const Cell& origin) {
+/// The cell from which the keys of a cloud count.
+Cell baseOf(const Cell& first_origin) {
   Cell base;
   for (int axis = 0; axis < 3; ++axis) {
-    base[axis] = (origin[axis] & ~(kGroupEdge - 1)) - kBaseOffset;
+    base[axis] = (first_origin[axis] - kReach) & ~(MortonOrder::kAlignment - 1);
   }
   return base;
 }
 
-/// Whether every voxel of a beam from a cell has a number.
-bool hasNumbers(const Cell& origin, const Cell& base) {
-  constexpr std::int32_t kReach = kBaseOffset / 2;
+/// Whether every voxel of a beam from a cell has a key.
+bool isWithinSensorReach(const Cell& origin, const Cell& first_origin) {
   for (int axis = 0; axis < 3; ++axis) {
-    const std::int64_t offset = std::int64_t{origin[axis]} - base[axis] - kBaseOffset;
-    if (offset < -kReach || offset > kReach) return false;
+    const std::int64_t offset = std::int64_t{origin[axis]} - first_origin[axis];
+    if (offset < -kSensorReach || offset > kSensorReach) return false;
   }
   return true;
 }
@@ -294,7 +294,7 @@ void ScanUpdater::addScan(const Scan& scan, std::size_t part, std::size_t num_pa
   const RayOrigin& ray_origin = source.ray_origin;
   const std::size_t num_points =
       scan.points.size() + scan.no_returns.size() + scan.open_ends.size();
-  if (!ray_origin.cell() || !hasNumbers(*ray_origin.cell(), base_)) {
+  if (!ray_origin.cell() || !isWithinSensorReach(*ray_origin.cell(), first_origin_)) {
     if (part == 0) (ray_origin.cell() ? share.num_too_far : share.num_out_of_range) += num_points;
     return;
   }
@@ -318,11 +318,12 @@ const ScanUpdate& ScanUpdater::compute(const Scan* first, std::size_t count) {
   update_.num_points = 0;
   update_.num_out_of_range = 0;
   update_.num_too_far = 0;
-  base_ = Cell{0, 0, 0};
+  first_origin_ = Cell{0, 0, 0};
   for (std::size_t i = count; i > 0; --i) {
     const RayOrigin ray_origin(grid_, first[i - 1].anchor_map, first[i - 1].origin);
-    if (ray_origin.cell()) base_ = baseOf(*ray_origin.cell());  // The base of the first one.
+    if (ray_origin.cell()) first_origin_ = *ray_origin.cell();
   }
+  base_ = baseOf(first_origin_);
   // Parts are small because in a cloud ordered by rings the beams of one half are several times as long.
   const std::size_t num_parts = kPartsPerThread * shares_.size();
   std::atomic<std::size_t> next_part{0};
@@ -348,12 +349,13 @@ const ScanUpdate& ScanUpdater::compute(const Scan* first, std::size_t count) {
   return update_;
 }
 
-void ScanUpdater::sortMarks(Share& share) {
+void ScanUpdater::sortMarks(Share& share) const {
+  const MortonOrder morton_of(base_);
   share.order.clear();
   for (const BeamMarks* marks : {&share.marks, &share.grazes}) {
     for (std::size_t i = 0; i < marks->size(); ++i) {
       share.order.push_back(
-          {toMorton(marks->key(i)), marks->key(i), &(*marks)[i], marks == &share.grazes});
+          {morton_of(marks->key(i)), marks->key(i), &(*marks)[i], marks == &share.grazes});
     }
   }
   std::sort(share.order.begin(), share.order.end(), isBefore);
@@ -388,7 +390,7 @@ void ScanUpdater::collectBricks() {
 }
 
 BrickUpdate ScanUpdater::unite(const PlacedMarks* first, const PlacedMarks* last) const {
-  BrickUpdate brick{toBrick(first->key, base_), {}, {}, first->morton};
+  BrickUpdate brick{toBrick(first->key, base_), {}, {}};
   for (; first != last; ++first) {
     brick.hits |= first->marks->hits;
     (first->are_grazes ? brick.grazes : brick.misses) |= first->marks->collectMisses();

@@ -44,8 +44,8 @@ class ScanUpdater {
   const ScanUpdate& compute(const Scan& scan) { return compute(&scan, 1); }
 
   /// One observation of scans from several places, for a sensor that moves while it measures.
-  /// @param first  The first of `count` scans, whose sensor lies within 200 km of all others at 0.05 m (2^22
-  ///               voxels); scans beyond count as too far.
+  /// @param first  The first of `count` scans, whose sensor lies within 200 km of all others at 0.05 m (4
+  ///               million voxels); scans beyond count as too far.
   const ScanUpdate& compute(const Scan* first, std::size_t count);
 
   /// Swaps the last update with another object, whose memory is reused.
@@ -101,14 +101,15 @@ class ScanUpdater {
   void addFreePoints(const RayOrigin& ray_origin, const std::vector<Eigen::Vector3f>& points,
                      BeamMarks& marks) const;
   static bool isBefore(const PlacedMarks& a, const PlacedMarks& b) { return a.morton < b.morton; }
-  static void sortMarks(Share& share);
+  void sortMarks(Share& share) const;
   void collectBricks();
   [[nodiscard]] BrickUpdate unite(const PlacedMarks* first, const PlacedMarks* last) const;
   [[nodiscard]] int numThreads() const { return static_cast<int>(shares_.size()); }
 
   Grid grid_;
   BeamRanges ranges_;
-  Cell base_;  ///< Cell from which the bricks of the current cloud are numbered.
+  Cell first_origin_;  ///< Origin of the first scan of the current cloud.
+  Cell base_;          ///< Cell from which the keys of its bricks count.
   std::vector<Share> shares_;
   BeamSampling sampling_;
   std::uint64_t num_scans_ = 0;

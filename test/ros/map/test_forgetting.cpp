@@ -35,7 +35,6 @@ class ForgettingTest : public ::testing::Test {
       update.bricks.emplace_back();
       update.bricks.back().brick = cellOf(brick);
       update.bricks.back().hits = BrickMask::all();
-      update.bricks.back().morton = static_cast<std::uint64_t>(brick);
     }
     map_.apply(update);
     forgetting_.note(update, ros::Time(stamp_s), source);

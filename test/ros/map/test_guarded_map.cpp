@@ -26,7 +26,6 @@ using cuboid_mapping::CuboidMap;
 using cuboid_mapping::ScanUpdate;
 using cuboid_mapping::test::allCuboids;
 using cuboid_mapping::test::FollowingCopy;
-using cuboid_mapping::test::mortonOf;
 using cuboid_mapping::test::Random;
 using cuboid_mapping::test::randomUpdate;
 using cuboid_mapping::test::voxelsOf;
@@ -46,7 +45,6 @@ ScanUpdate makeTwins(Random& random) {
   for (std::size_t i = 0; i < count; ++i) {
     cuboid_mapping::BrickUpdate twin = update.bricks[i];
     twin.brick.x += kTwinOffset;
-    twin.morton = mortonOf(twin.brick);
     update.bricks.push_back(twin);
   }
   return update;

@@ -43,7 +43,7 @@ class WindowAnswers : public test::MapInFrameTest {
 
   void goAway() {
     ScanUpdate update;
-    update.bricks.push_back({{1000, 0, 0}, {}, BrickMask::all(), 0});
+    update.bricks.push_back({{1000, 0, 0}, {}, BrickMask::all()});
     for (int i = 0; i < 30; ++i) {
       map_.integrate(ros::Time(7.0), update, cuboid_mapping::SensorModel(), {100.0, 0.0, 0.0});
     }
@@ -169,7 +169,7 @@ TEST_F(WindowAnswers, RefuseMoreThanMayBeBroughtBack) {
 
 TEST_F(WindowAnswers, RefuseMoreThanMayBeBroughtBackForAllBoxesOfARequest) {
   ScanUpdate update;
-  update.bricks.push_back({{504, 0, 0}, {}, BrickMask::all(), 0});
+  update.bricks.push_back({{504, 0, 0}, {}, BrickMask::all()});
   map_.integrate(ros::Time(7.0), update, cuboid_mapping::SensorModel(), {50.0, 0.0, 0.0});
   goAway();
   ASSERT_EQ(numOnDisk(), 2U);
@@ -228,7 +228,7 @@ TEST_F(WindowAnswers, OfAnOctreeAreWholeOrRefused) {
 TEST_F(WindowAnswers, CloudsGoOnWhileTheWholeMapIsReadFromTheDisk) {
   ScanUpdate update;
   for (int i = 0; i < 25; ++i) {
-    update.bricks.push_back({{cuboid_mapping::kPageEdge * i, 640, 0}, {}, BrickMask::all(), 0});
+    update.bricks.push_back({{cuboid_mapping::kPageEdge * i, 640, 0}, {}, BrickMask::all()});
   }
   map_.integrate(ros::Time(7.0), update, cuboid_mapping::SensorModel(), {0.0, 0.0, 0.0});
   goAway();
