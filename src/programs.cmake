@@ -17,6 +17,7 @@ add_library(cuboid_mapping_map_tools STATIC
   tools/map_comparison.cpp
   tools/map_content.cpp
   tools/map_picture.cpp
+  tools/picture_cells.cpp
   tools/picture_legend.cpp)
 cuboid_mapping_configure(cuboid_mapping_map_tools)
 target_include_directories(cuboid_mapping_map_tools PUBLIC tools)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "map_picture.h"
 
-#include "joined_lookup.h"
+#include "picture_cells.h"
 
 #include "cuboid_mapping/map/cuboid_search.h"
 #include "cuboid_mapping/parallel/parallel_for.h"
@@ -57,7 +57,7 @@ Eigen::Vector3d rainbow(double ratio) {
 /// Edges of a cuboid relative to the longest.
 double sizeRatio(const Cell& edges, const PictureStyle& style) {
   const double sum = edges.x + edges.y + edges.z;
-  if (style.joined == nullptr) return sum / style.longest_edges;
+  if (style.cells != PictureCells::kJoined) return sum / style.longest_edges;
   return std::log(sum / 3.0) / std::log(std::max(4, style.longest_edges) / 3.0);
 }
 
@@ -68,29 +68,52 @@ Eigen::Vector3d ownColor(const CuboidMap& map, const RayQueryResult& seen,
   if (style.colors == PictureColors::kHeight) {
     return heightColor((seen.point_map.z() - heights.min_m) / (heights.max_m - heights.min_m));
   }
-  const auto cuboid =
-      style.joined != nullptr ? style.joined->find(*seen.voxel) : findCuboid(map, *seen.voxel);
-  if (style.colors == PictureColors::kClass || !cuboid) return {0.30, 0.55, 0.90};
+  if (style.colors == PictureColors::kClass) return {0.30, 0.55, 0.90};
+  const CellBox cell = findCell(map, *seen.voxel, style);
   if (style.colors == PictureColors::kSize) {
-    return rainbow(0.8 * (1.0 - std::min(1.0, sizeRatio(cuboid->box.size(), style))));
+    return rainbow(0.8 * (1.0 - std::min(1.0, sizeRatio(cell.size(), style))));
   }
-  const double probability = meanProbability(map, cuboid->box).value_or(0.5);
+  const double probability = meanProbability(map, cell).value_or(0.5);
   return Eigen::Vector3d(0.1, 0.7, 0.2) * (1.0 - probability) +
          Eigen::Vector3d(0.85, 0.1, 0.1) * probability;
 }
 
+/// @param pixel_m  Edge of a pixel at the distance of what was seen.
 Rgb colorOf(const CuboidMap& map, const RayQueryResult& seen, const PictureStyle& style,
-            double range_m) {
+            double range_m, double pixel_m) {
   if (seen.end != RayEnd::kOccupied || !seen.voxel) {
-    return seen.unknown_length_m < range_m * (1.0 - 1e-9) ? kFreeColor : kUnknownColor;
+    const bool is_free = style.has_free && seen.unknown_length_m < range_m * (1.0 - 1e-9);
+    return is_free ? kFreeColor : kUnknownColor;
   }
-  const Eigen::Vector3d color =
-      ownColor(map, seen, style) * shadeOf(map, *seen.voxel, seen.point_map);
+  Eigen::Vector3d color = ownColor(map, seen, style) * shadeOf(map, *seen.voxel, seen.point_map);
+  if (style.has_edges) {
+    color = color * 0.75 + Eigen::Vector3d::Constant(0.25);  // Dark lines show on bright faces.
+    const MetricBox cell = map.grid().toMetricBox(findCell(map, *seen.voxel, style));
+    color *= 1.0 - 0.8 * edgeDarkness(cell, seen.point_map, pixel_m);
+  }
   Rgb rgb{};
   for (std::size_t i = 0; i < 3; ++i) {
     rgb[i] = static_cast<std::uint8_t>(std::lround(255.0 * color[static_cast<Eigen::Index>(i)]));
   }
   return rgb;
+}
+
+/// The mean colour of the parts of a pixel. @param color_of  (x, y) of a part -> its colour.
+template <typename ColorOfT>
+Rgb averageColor(std::size_t samples, ColorOfT color_of) {
+  std::array<std::size_t, 3> sums{};
+  for (std::size_t y = 0; y < samples; ++y) {
+    for (std::size_t x = 0; x < samples; ++x) {
+      const Rgb color = color_of(x, y);
+      for (std::size_t i = 0; i < 3; ++i) sums[i] += color[i];
+    }
+  }
+  const std::size_t count = samples * samples;
+  Rgb mean{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    mean[i] = static_cast<std::uint8_t>((sums[i] + count / 2) / count);
+  }
+  return mean;
 }
 
 struct PixelRay {
@@ -133,9 +156,10 @@ std::optional<RayQueryResult> see(const CuboidMap& map, const Camera& camera, co
   return seen;
 }
 
-/// Rays through the centres of pixels.
+/// Rays through pixels, or through the parts of pixels.
 class Lens {
  public:
+  /// @param size  Of the picture in rays.
   Lens(const Camera& camera, const PictureSize& size)
       : camera_(camera),
         size_(size),
@@ -152,11 +176,18 @@ class Lens {
     if (camera_.ortho_height_m > 0.0) {
       return {camera_.eye + camera_.ortho_height_m * (to_right * right_ + to_top * up_), forward_};
     }
-    const double scale = 2.0 * std::tan(0.5 * camera_.vertical_angle_rad);
-    return {camera_.eye, forward_ + scale * (to_right * right_ + to_top * up_)};
+    return {camera_.eye, forward_ + scale() * (to_right * right_ + to_top * up_)};
+  }
+
+  /// Height of the picture at the distance of a point. Metres.
+  [[nodiscard]] double heightAt(const Eigen::Vector3d& point_map) const {
+    if (camera_.ortho_height_m > 0.0) return camera_.ortho_height_m;
+    return scale() * std::max(0.0, forward_.dot(point_map - camera_.eye));
   }
 
  private:
+  [[nodiscard]] double scale() const { return 2.0 * std::tan(0.5 * camera_.vertical_angle_rad); }
+
   Camera camera_;
   PictureSize size_;
   Eigen::Vector3d forward_;
@@ -203,16 +234,22 @@ Picture renderMap(const CuboidMap& map, const Camera& camera, const PictureStyle
                   const PictureSize& size, int threads, const ProgressListener& listener) {
   Picture picture{size.width, size.height,
                   std::vector<std::uint8_t>(3 * size.width * size.height, 255)};
-  const Lens lens(camera, size);
-  const double pixel_m = camera.ortho_height_m / static_cast<double>(size.height);
+  const Lens lens(camera, {style.samples * size.width, style.samples * size.height});
+  const auto drawRay = [&](std::size_t x, std::size_t y) {
+    const PixelRay ray = lens.rayOf(x, y);
+    const auto height = static_cast<double>(size.height);
+    const auto seen = see(map, camera, ray, camera.ortho_height_m / height);
+    if (!seen) return kUnknownColor;
+    return colorOf(map, *seen, style, camera.range_m, lens.heightAt(seen->point_map) / height);
+  };
   std::mutex mutex;
   std::uint64_t num_rows = 0;
   if (listener) listener(0, size.height);
   parallelFor(size.height, threads, [&](std::size_t y) {
     for (std::size_t x = 0; x < size.width; ++x) {
-      const auto seen = see(map, camera, lens.rayOf(x, y), pixel_m);
-      if (!seen) continue;
-      const Rgb color = colorOf(map, *seen, style, camera.range_m);
+      const Rgb color = averageColor(style.samples, [&](std::size_t part_x, std::size_t part_y) {
+        return drawRay(style.samples * x + part_x, style.samples * y + part_y);
+      });
       std::copy(color.begin(), color.end(), &picture.rgb[3 * (y * size.width + x)]);
     }
     const std::lock_guard<std::mutex> lock(mutex);

@@ -67,26 +67,38 @@ enum class PictureColors : unsigned char {
 constexpr std::array<std::uint8_t, 3> kUnknownColor{255, 255, 255};
 constexpr std::array<std::uint8_t, 3> kFreeColor{225, 228, 225};
 
+/// What a cell of a picture is.
+enum class PictureCells : unsigned char {
+  kCuboids,  ///< Cuboids of the map.
+  kJoined,   ///< Cuboids joined across bricks.
+  kOctomap,  ///< Leaves of OctoMap's pruned octree of the same map.
+  kVoxels    ///< Voxels.
+};
+
 class JoinedLookup;
 
 /// Style of a picture.
 struct PictureStyle {
   HeightRange heights;  ///< Heights at which the colours begin and end.
   PictureColors colors = PictureColors::kHeight;
-  /// Cuboids joined across bricks; null: cuboids of the map. Must outlive the drawing of the picture.
+  PictureCells cells = PictureCells::kCuboids;
+  bool has_edges = false;  ///< Draws the edges of cells.
+  bool has_free = true;    ///< Draws free space; false: as unknown space.
+  /// For kJoined; must outlive the drawing of the picture.
   const JoinedLookup* joined = nullptr;
   int longest_edges =
-      3 * kBrickEdge;  ///< Upper end of the colours by size: the greatest sum of edges.
+      3 * kBrickEdge;       ///< Upper end of the colours by size: the greatest sum of edges.
+  std::size_t samples = 1;  ///< Rays of a pixel along each side, from 1 to 4; more smooth edges.
 };
 
 /// Colour from blue at 0 over green to red at 1; values outside count as the nearest one. Each 0 to 1.
 [[nodiscard]] Eigen::Vector3d heightColor(double ratio);
 
-/// Each pixel shows the first occupied voxel on its ray, coloured by PictureStyle and shaded by the face in view;
+/// Each ray shows the first occupied voxel on its ray, coloured by PictureStyle and shaded by the face in view;
 /// without one, kFreeColor if any voxel on the ray is free, else kUnknownColor. From above, a ray that meets no
 /// occupied voxel is widened to the pixel, so that thin walls stay visible.
 /// @pre the map is fused, for colours of cuboids, which are looked up for each pixel.
-/// @complexity O(pixels * voxels and bricks passed).
+/// @complexity O(rays * voxels and bricks passed).
 /// @param threads  >= 1; the picture does not depend on it. @param listener  Reports rows.
 [[nodiscard]] Picture renderMap(const CuboidMap& map, const Camera& camera,
                                 const PictureStyle& style, const PictureSize& size, int threads,

@@ -5,6 +5,7 @@
 #include "cuboid_mapping/io/map_files.h"
 #include "joined_lookup.h"
 #include "map_picture.h"
+#include "picture_cells.h"
 #include "picture_legend.h"
 #include "progress_bar.h"
 
@@ -28,11 +29,20 @@ struct Options {
   double min_z_m = -std::numeric_limits<double>::infinity();
   double max_z_m = std::numeric_limits<double>::infinity();
   std::string colors = "height";
-  bool are_joined = false;
+  std::string cells = "cuboids";
+  bool has_edges = false;
+  bool is_bare = false;
   PictureSize size;
 };
 
 const Choices kColorNames{"height", "probability", "size", "class"};  // As in PictureColors.
+
+const Choices kCellNames{"cuboids", "joined", "octomap", "voxels"};  // As in PictureCells.
+
+PictureCells toCells(const std::string& name) {
+  const auto found = std::find(kCellNames.begin(), kCellNames.end(), name);
+  return static_cast<PictureCells>(found - kCellNames.begin());
+}
 
 PictureColors toColors(const std::string& name) {
   const auto found = std::find(kColorNames.begin(), kColorNames.end(), name);
@@ -85,9 +95,11 @@ void check(const Options& options) {
   if (std::isnan(options.min_z_m) || std::isnan(options.max_z_m)) {
     throw std::runtime_error("--min-z and --max-z must be numbers");
   }
-  if (options.are_joined && options.colors != "size" && options.colors != "probability") {
+  const bool shows_cells =
+      options.has_edges || options.colors == "size" || options.colors == "probability";
+  if (options.cells != "cuboids" && !shows_cells) {
     throw std::runtime_error(
-        "--joined shows in colours of cuboids only: add --color-by size or probability");
+        "--cells shows nothing: add --edges, or --color-by size or probability");
   }
   if (!isPictureName(options.picture)) {
     throw std::runtime_error(options.picture + ": its name must end in .png or .ppm");
@@ -99,6 +111,10 @@ int render(const Options& options) {
   check(options);
   PictureStyle style;
   style.colors = toColors(options.colors);
+  style.cells = toCells(options.cells);
+  style.has_edges = options.has_edges;
+  style.has_free = !options.is_bare;
+  style.samples = options.has_edges ? 3 : 1;
   const MapSnapshot snapshot = readMapFile(options.map).snapshot;
   throwIfInterrupted();
   MapConfig config;
@@ -112,14 +128,16 @@ int render(const Options& options) {
   const Camera camera = makeCamera(map, options);
   style.heights = findHeightRange(map);
   std::optional<JoinedLookup> joined;
-  if (options.are_joined) style.joined = &joined.emplace(map);
-  if (options.are_joined) style.longest_edges = findLongestEdges(joined->cuboids());
+  if (style.cells == PictureCells::kJoined) {
+    style.joined = &joined.emplace(map);
+    style.longest_edges = findLongestEdges(joined->cuboids());
+  }
   Picture picture =
       renderMap(map, camera, style, options.size, threads, showProgress("rows drawn"));
-  drawLegend(picture, style, camera.ortho_height_m);
+  if (!options.is_bare) drawLegend(picture, style, camera.ortho_height_m);
   replaceFile(options.picture, toPictureFile(picture, options.picture));
-  std::cout << options.picture << ": " << picture.width << " x " << picture.height << " pixels"
-            << std::endl;
+  std::cout << options.picture << ": " << picture.width << " x " << picture.height << " pixels, "
+            << countCells(map, style) << " occupied cells (" << options.cells << ')' << std::endl;
   return 0;
 }
 
@@ -140,8 +158,13 @@ int run(int argc, char** argv) {
   line.addNumber("max-z", options.max_z_m,
                  "leave out everything above this height in metres, such as a ceiling");
   line.addText("color-by", options.colors, "meaning of the colours", kColorNames);
-  line.addFlag("joined", options.are_joined,
-               "colour cuboids joined across bricks, with --color-by size or probability");
+  line.addText(
+      "cells", options.cells,
+      "cells that are drawn with --edges, or coloured by size or probability: cuboids of the map, "
+      "joined across bricks, leaves of OctoMap's octree, or voxels",
+      kCellNames);
+  line.addFlag("bare", options.is_bare, "draw occupied cells only: no free space, no legend");
+  line.addFlag("edges", options.has_edges, "draw the edges of cells, smoothed");
   line.addNumber("width", options.size.width, "width of the picture in pixels", {1, 16384});
   line.addNumber("height", options.size.height, "height of the picture in pixels", {1, 16384});
   if (const auto status = line.parse(argc, argv)) return *status;

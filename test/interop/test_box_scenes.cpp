@@ -295,9 +295,9 @@ TEST_F(ConvertedBoxes, areDrawnJoined) {
   };
   ASSERT_EQ(draw({"--color-by", "size"}).status, 0);
   const std::string tiles = test::readText(picture);
-  ASSERT_EQ(draw({"--color-by", "size", "--joined"}).status, 0);
+  ASSERT_EQ(draw({"--color-by", "size", "--cells", "joined"}).status, 0);
   EXPECT_NE(test::readText(picture), tiles);
-  EXPECT_TRUE(contains(draw({"--joined"}).err, "--color-by size"));
+  EXPECT_TRUE(contains(draw({"--cells", "joined"}).err, "--color-by size"));
 }
 
 }  // namespace

@@ -267,6 +267,40 @@ TEST(MapTools, drawALegend) {
   EXPECT_EQ(red_at(16 + 80, 420 - 17), 255);
 }
 
+TEST(MapTools, drawAndCountTheCellsThatAreAskedFor) {
+  const TemporaryFolder folder;
+  const std::string map = folder / "map.cuboids";
+  MapSnapshot snapshot;
+  snapshot.resolution_m = 1.0;
+  // Across a border of bricks, one log-odds: two leaves of 4 x 4 x 4 voxels, two cuboids, one joined cuboid.
+  snapshot.bricks = toBricks({{{{4, 0, 0}, {12, 4, 4}}, 1.0F}}).bricks;
+  writeMapFile(map, snapshot);
+  const auto draw = [&](const std::string& cells) {
+    return runProgram({MAP_RENDER_PROGRAM, map, folder / "map.png", "--cells", cells, "--edges",
+                       "--bare", "--width", "90", "--height", "60"});
+  };
+  const std::vector<std::pair<std::string, std::string>> counts{{"cuboids", " 2 occupied cells"},
+                                                                {"joined", " 1 occupied cells"},
+                                                                {"octomap", " 2 occupied cells"},
+                                                                {"voxels", " 128 occupied cells"}};
+  for (const auto& [cells, count] : counts) {
+    const ProgramEnd end = draw(cells);
+    EXPECT_EQ(end.status, 0);
+    EXPECT_TRUE(mentions(end.out, count)) << cells << ": " << end.out;
+    // The border between the two bricks is in the middle of the picture, and dark unless they are joined.
+    const auto middle = pixelOf(folder / "map.png", 45, 28, 90);
+    const auto beside = pixelOf(folder / "map.png", 50, 28, 90);
+    if (cells == "joined") {
+      EXPECT_EQ(middle, beside);
+    } else {
+      EXPECT_LT(middle[2] + middle[1], beside[2] + beside[1]) << cells;
+    }
+  }
+  EXPECT_EQ(runProgram({MAP_RENDER_PROGRAM, map, folder / "map.png", "--cells", "voxels"}).status,
+            1)
+      << "they would not show";
+}
+
 TEST(MapTools, doNotLetAFewVoxelsTakeTheColours) {
   const TemporaryFolder folder;
   MapSnapshot snapshot;
