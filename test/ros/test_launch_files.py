@@ -63,14 +63,46 @@ class LaunchFilesTest(unittest.TestCase):
             self.assertNotRegex(text, r'\S   +\S', f'{file.name}: a line break in an argument')
             required = text.partition('Optional Arguments:')[0]
             names = [line.split(':')[0].strip() for line in required.splitlines()[1:]]
+            if file.name == 'mapping.launch':
+                self.assertEqual(file.read_text().count('<arg '), 10)
             self.assertEqual(names, {'replay.launch': ['bag'], 'merge_maps.launch': ['robots']}.get(file.name, []), file.name)
 
-    def test_several_maps_have_names_of_their_own(self):
+    def test_as_node_and_as_nodelet(self):
         mapping = ROOT / 'launch/mapping.launch'
-        self.assertEqual(roslaunch('--nodes', mapping, 'name:=front', 'rviz:=true',
-                                   'frame_id:=odom').split(), ['/front', '/show_map'])
-        self.assertEqual(roslaunch('--nodes', mapping, 'name:=rear', 'nodelet:=true').split(),
-                         ['/rear_manager', '/rear'])
+        self.assertEqual(roslaunch('--nodes', mapping, 'rviz:=true').split(), ['/cuboid_mapping', '/show_map'])
+        self.assertEqual(roslaunch('--nodes', mapping, 'nodelet:=true').split(), ['/cuboid_mapping_manager', '/cuboid_mapping'])
+        self.assertEqual(roslaunch('--nodes', mapping, 'nodelet:=true', 'manager:=/camera/manager').split(), ['/cuboid_mapping'])
+        words = roslaunch('--args', '/cuboid_mapping', mapping, 'nodelet:=true', 'manager:=/camera/manager').split()
+        self.assertEqual(words[1:4], ['load', 'cuboid_mapping/MappingNodelet', '/camera/manager'])
+
+    def test_what_is_set_around_the_include_holds(self):
+        dump, words = self.load_around('', '')
+        self.assertIn('cloud_in:=/robot1/points', words)
+        self.assertIn('/tf:=/robot1/tf', words)
+        self.assertEqual({key: value for key, value in dump.items() if key.startswith('/robot1/')},
+                         {'/robot1/cuboid_mapping/resolution': 0.3, '/robot1/cuboid_mapping/defaults/resolution': 0.1,
+                          '/robot1/cuboid_mapping/defaults/sensor_model/max_range': 30.0})
+        dump, words = self.load_around('<arg name="cloud" value="/scan"/>', '<arg name="type" value="laser_scan"/>')
+        self.assertIn('cloud_in:=/scan', words)
+        self.assertEqual(dump['/robot1/cuboid_mapping/type'], 'laser_scan')
+
+    def load_around(self, *arguments):
+        """Parameters, and the words of the node's command line, of mapping.launch in a robot's group."""
+        with tempfile.NamedTemporaryFile('w', suffix='.launch') as file:
+            file.write(f'''<launch><group ns="robot1">
+                <remap from="/tf" to="/robot1/tf"/><remap from="cloud_in" to="/robot1/points"/>
+                <param name="cuboid_mapping/resolution" value="0.3"/>
+                <include file="{ROOT}/launch/mapping.launch">{"".join(arguments)}</include></group></launch>''')
+            file.flush()
+            return (yaml.safe_load(roslaunch('--dump-params', file.name)),
+                    roslaunch('--args', '/robot1/cuboid_mapping', file.name).split())
+
+    def test_a_window_needs_no_complete_file(self):
+        for arguments, outside in (([], 'forget'), (['file:=/data/site.sqlite'], 'keep')):
+            dump = yaml.safe_load(roslaunch('--dump-params', ROOT / 'launch/window.launch', 'robot_frame:=base',
+                                            f'params_file:={ROOT}/config/default.yaml', *arguments))
+            self.assertEqual(dump['/cuboid_mapping/window/frame'], 'base')
+            self.assertEqual(dump['/cuboid_mapping/window/outside'], outside)
 
     def test_unknown_arguments_are_refused(self):
         for file, wrong in (('mapping.launch', 'max_rang:=3'), ('replay.launch', 'cloudd:=/points')):
@@ -81,13 +113,12 @@ class LaunchFilesTest(unittest.TestCase):
                 self.assertIn(f'{file} has no argument {wrong.partition(":=")[0]}', end.stderr)
 
     def test_a_transform_is_published(self):
-        mapping = ROOT / 'launch/mapping.launch'
-        transform = 'transform:=map base 0 0 1 0 0 0; base lidar 1 0 0 0 0 0 1'
-        self.assertEqual(set(roslaunch('--nodes', mapping, transform).split()),
-                         {'/cuboid_mapping', '/cuboid_mapping_transforms'})
-        words = roslaunch('--args', '/cuboid_mapping_transforms', mapping, transform, 'tf:=/robot1/tf').split()
+        replay = ROOT / 'launch/replay.launch'
+        words = roslaunch('--args', '/replay_transforms', replay, 'bag:=x.bag', 'tf:=/robot1/tf',
+                          'transform:=map base 0 0 1 0 0 0; base lidar 1 0 0 0 0 0 1').split()
         self.assertIn('/tf_static:=/robot1/tf_static', words)
         self.assertEqual(words[1:9], ['map', 'base', '0', '0', '1', '0', '0', '0;'])
+        self.assertIn('/tf:=/robot1/tf', roslaunch('--args', '/cuboid_mapping', replay, 'bag:=x.bag', 'tf:=/robot1/tf'))
 
     def test_the_type_of_the_sensor_is_an_argument(self):
         dump = roslaunch('--dump-params', ROOT / 'launch/replay.launch', 'bag:=x.bag', 'type:=laser_scan')
@@ -100,9 +131,9 @@ class LaunchFilesTest(unittest.TestCase):
             words = roslaunch('--args', '/cuboid_mapping', mapping, f'sensor:={sensor}').split()
             self.assertIn(f'cloud_in:={topic}', words)
             dump = yaml.safe_load(roslaunch('--dump-params', mapping, f'sensor:={sensor}', 'resolution:=0.3'))
-            for key, value in yaml.safe_load((ROOT / f'config/{sensor}.yaml').read_text()).items():
-                if key != 'resolution' and not isinstance(value, dict):
-                    self.assertEqual(dump[f'/cuboid_mapping/{key}'], value, f'{sensor}: {key}')
+            preset = yaml.safe_load((ROOT / f'config/{sensor}.yaml').read_text())
+            self.assertEqual(dump['/cuboid_mapping/defaults/resolution'], preset['resolution'])
+            self.assertEqual(dump['/cuboid_mapping/defaults/sensor_model/max_range'], preset['sensor_model']['max_range'])
             self.assertEqual(dump['/cuboid_mapping/resolution'], 0.3)
         words = roslaunch('--args', '/cuboid_mapping', mapping, 'sensor:=ouster', 'cloud:=/mine').split()
         self.assertIn('cloud_in:=/mine', words)
@@ -145,6 +176,28 @@ echo "$*" >>"{starts}"
                                      capture_output=True, check=False)
                 self.assertEqual(end.returncode, status)
                 self.assertEqual(starts.read_text().splitlines(), num_starts * ['-d a file'])
+
+    def test_what_is_shown_is_what_the_node_has(self):
+        show_map = load_show_map()
+        with tempfile.TemporaryDirectory() as folder, mock.patch.object(show_map, 'rospy') as rospy, \
+                mock.patch.object(show_map.rospkg, 'RosPack') as packages, mock.patch.dict(os.environ, {'CMAKE_PREFIX_PATH': folder}):
+            parameters = {'cuboid_mapping/frame_id': '/odom', 'cuboid_mapping/defaults/color_by': 'probability'}
+            rospy.get_param.side_effect = parameters.get
+            rospy.get_published_topics.return_value = []
+            rospy.resolve_name.return_value = '/cloud_in'
+            packages.return_value.get_path.return_value = f'{folder}/share/cuboid_mapping'
+            for place in (None, 'lib/x86_64-linux-gnu'):  # Where Debian has libraries.
+                if place:
+                    (pathlib.Path(folder) / place).mkdir(parents=True)
+                    (pathlib.Path(folder) / place / 'libcuboid_mapping_rviz.so').touch()
+                arguments = mock.Mock(config=ROOT / 'rviz/mapping.rviz', follow='nothing', server='cuboid_mapping')
+                manager = yaml.safe_load(pathlib.Path(show_map.adapt(arguments)).read_text())['Visualization Manager']
+                self.assertEqual(manager['Global Options']['Fixed Frame'], 'odom')
+                displays = {display['Class']: display for display in manager['Displays']}
+                self.assertEqual(show_map.DISPLAY in displays, place is not None)
+                self.assertEqual('rviz/MarkerArray' in displays, place is None)
+                self.assertEqual(rospy.logwarn.call_count, 1)
+            self.assertEqual(displays[show_map.DISPLAY]['Color by']['Value'], 'Probability')
 
     def test_a_sensor_that_nobody_publishes_yet_is_shown_by_its_type(self):
         show_map = load_show_map()

@@ -71,7 +71,7 @@ class TestRobotGrid(unittest.TestCase):
         self.position = [0.0, 0.0, 0.0]
         publisher = rospy.Publisher('/tf', TFMessage, queue_size=10)
         self.timer = rospy.Timer(rospy.Duration(0.05), lambda _: publisher.publish(TFMessage([self.transform()])))
-        self.set_box = rospy.ServiceProxy('/mapping/set_box', SetBox)
+        self.set_box = rospy.ServiceProxy('/cuboid_mapping/set_box', SetBox)
         self.set_box.wait_for_service(PATIENCE_S)
 
     def tearDown(self):

@@ -169,6 +169,23 @@ TEST(Parameters, MinusOneMeansNoRangeLimitAsWithOctomapServer) {
   }
 }
 
+TEST(Parameters, DefaultsHoldWhereNothingElseIsSet) {
+  const LoadedParameters loaded =
+      readParameters(makeGroup({{"resolution", 0.3},
+                                {"sensor_model/max_range", 7.0},
+                                {"defaults/resolution", 0.1},
+                                {"defaults/frame_id", "site"},
+                                {"defaults/sensor_model/min_range", 0.5},
+                                {"defaults/sensor_model/max_range", 30.0}}));
+  EXPECT_TRUE(loaded.errors.empty() && loaded.warnings.empty());
+  EXPECT_EQ(loaded.parameters.map.resolution_m, 0.3);
+  EXPECT_EQ(loaded.parameters.frame_id, "site");
+  EXPECT_EQ(loaded.parameters.source.min_range_m, 0.5);
+  EXPECT_EQ(loaded.parameters.source.max_range_m, 7.0);
+  const LoadedParameters wrong = readParameters(makeGroup({{"defaults/resolutoin", 0.3}}));
+  EXPECT_EQ(keysOf(wrong.errors), std::vector<std::string>{"resolutoin"});
+}
+
 TEST(Parameters, SetsThatDoNotFitAreRefused) {
   using Values = std::vector<std::pair<std::string, XmlRpcValue>>;
   const std::vector<std::pair<Values, std::string>> cases{

@@ -48,7 +48,8 @@ std::string adviseOnTree(const tf2::BufferCore& tf, const std::string& target,
   }
   return advice + ", or give the missing transform: \"" + target + ' ' +
          root_of_source.value_or(source) +
-         " x y z yaw pitch roll\" (roslaunch: transform:=, bag_to_map: --transform)";
+         " x y z yaw pitch roll\" (publish_transforms; replay.launch: transform:=; bag_to_map: "
+         "--transform)";
 }
 
 }  // namespace

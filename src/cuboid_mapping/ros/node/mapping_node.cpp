@@ -92,6 +92,8 @@ void MappingNode::beginWith(const std::optional<MapSnapshot>& start_map) {
   if (start_map) restore(*start_map);
   if (parameters_.window.keeps() && !hasMap(parameters_.window.file)) {
     std::filesystem::remove(locksFile(parameters_.window.file));  // Of a map that is gone.
+  } else if (parameters_.window.keeps()) {
+    ROS_INFO_STREAM_NAMED(kNodeName, "goes on with the map of " << parameters_.window.file);
   }
   map_.setWindow(map_.read([&](const CuboidMap& map) { return makeWindow(parameters_, map); }));
   if (parameters_.window.keeps()) lockAsSaved(parameters_.window.file);

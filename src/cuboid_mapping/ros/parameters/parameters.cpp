@@ -234,6 +234,30 @@ void judgeUnknownKeys(const XmlRpcValue& group, LoadedParameters& loaded) {
   }
 }
 
+/// Adds the values that a group lacks.
+void addMissing(const XmlRpcValue& defaults, XmlRpcValue& group) {
+  for (const auto& [name, value] : defaults) {
+    if (!group.hasMember(name)) {
+      group[name] = value;
+    } else if (value.getType() == XmlRpcValue::TypeStruct &&
+               group[name].getType() == XmlRpcValue::TypeStruct) {
+      addMissing(value, group[name]);
+    }
+  }
+}
+
+/// A group whose member "defaults" has given way to the values in it: launch files set these for what
+/// nobody else sets.
+XmlRpcValue applyDefaults(const XmlRpcValue& group) {
+  if (!group.hasMember("defaults")) return group;
+  XmlRpcValue applied;
+  for (const auto& [name, value] : group) {
+    if (name != "defaults") applied[name] = value;
+  }
+  addMissing(group["defaults"], applied);
+  return applied;
+}
+
 }  // namespace
 
 std::map<std::string, XmlRpcValue> leavesOf(const XmlRpcValue& group) {
@@ -283,9 +307,10 @@ LoadedParameters readParameters(const XmlRpcValue& private_namespace) {
                                       "has the name of this node"});
     return loaded;
   }
-  readGroup(private_namespace, false, loaded);
+  const XmlRpcValue group = applyDefaults(private_namespace);
+  readGroup(group, false, loaded);
   readSources(loaded);
-  judgeUnknownKeys(private_namespace, loaded);
+  judgeUnknownKeys(group, loaded);
   return loaded;
 }
 

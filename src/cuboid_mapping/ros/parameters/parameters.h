@@ -289,6 +289,7 @@ struct LoadedParameters {
 ///   - an element of `sources` is a group of its own: `name`, and any of the parameters that
 ///     concern a source, also as one key with a slash; missing ones are as outside the list. Errors name its
 ///     index and its name;
+///   - values in the group `defaults` hold where the parameter itself is not set (launch files);
 ///   - a group unlike any of the node's is taken for that of another node below this node's name,
 ///     and gives a warning;
 ///   - other unknown keys are errors, or warnings with ignore_unknown. The text names the most similar known
