@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""README and doc/ are short enough, have no broken links, and their commands work."""
+"""README and guides are easy to read; pages have no broken links, and their commands work."""
 import pathlib
 import os
 import re
@@ -11,9 +11,9 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 PAGES = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *sorted((ROOT / 'doc').rglob('*.md'))]
 # Programs in documents are parts of files that other tests build and run.
 PROGRAMS = [path.read_text() for path in sorted((ROOT / 'examples').rglob('*')) if path.is_file()]
-MAX_PROSE_WORDS = 11000  # Limit for README and doc/, outside tables and code.
+GUIDES = ('install', 'plan', 'poses')  # Pages for users, beside README.
 # First words of command lines that do not belong to this package.
-OTHERS = {'.', 'cd', 'cmake', 'sudo', 'ctest', 'wget'}
+OTHERS = {'.', 'catkin_make', 'cd', 'cmake', 'ctest', 'pip', 'rosdep', 'rostopic', 'sudo', 'wget'}
 
 
 def read_blocks(page):
@@ -47,31 +47,36 @@ def read_commands(block):
 
 class DocumentsTest(unittest.TestCase):
 
-    def test_the_readme_is_short_and_begins_with_the_two_commands(self):
-        lines = (ROOT / 'README.md').read_text().splitlines()
-        self.assertLessEqual(len(lines), 130)
-        screen = '\n'.join(lines[:15])
+    def test_the_readme_is_short_and_begins_with_a_picture_and_the_two_commands(self):
+        text = (ROOT / 'README.md').read_text()
+        self.assertLessEqual(len(text.split()), 900)
+        screen = '\n'.join(text.splitlines()[:30])
         for part in ('doc/cuboids.png', 'scripts/demo', 'scripts/test'):
             self.assertIn(part, screen)
 
-    def test_the_readme_has_no_long_line_and_no_long_sentence(self):
-        text = (ROOT / 'README.md').read_text()
-        for line in text.splitlines():
-            self.assertLessEqual(len(line), 100, line)
-        text = re.sub(r'\]\([^)]*\)', ']', read_prose(text))
-        sentences = re.split(r'(?<=[.:;?!])\**\s|\n\n|\n- ', text)
-        self.assertGreater(len(sentences), 30)
-        for sentence in sentences:
-            self.assertLessEqual(len(sentence.split()), 25, sentence)
+    def test_readers_of_guides_meet_few_numbers(self):
+        for page, limit in {'README.md': 4, **{f'doc/{name}.md': 6 for name in GUIDES}}.items():
+            text = re.sub(r'\]\([^)]*\)', ']', read_prose((ROOT / page).read_text()))
+            text = re.sub(r'`[^`]*`', 'name', text)
+            words = text.split()
+            numbers = [word for word in words if re.search(r'\d', word)]
+            with self.subTest(page=page):
+                self.assertLessEqual(100 * len(numbers), limit * len(words), numbers)
+            for sentence in re.split(r'(?<=[.:;?!])\**\s|\n\n|\n- ', text):
+                with self.subTest(page=page, sentence=sentence):
+                    self.assertLessEqual(len(re.findall(r'(?<![\w.])\d[\d.,]*', sentence)), 2)
 
-    def test_readme_and_guides_are_short(self):
-        """Tables are short; longer ones go to doc/tables, which does not count."""
-        pages = [page for page in PAGES if page.parent.name != 'tables' and page.name not in ('CONTRIBUTING.md', 'parameters.md')]
-        texts = {page.name: page.read_text() for page in pages}
-        prose = {name: len(read_prose(text).split()) for name, text in texts.items()}
-        self.assertGreater(len(prose), 15)
-        self.assertLessEqual(sum(prose.values()), MAX_PROSE_WORDS, prose)
-        self.assertLessEqual(sum(len(text.split()) for text in texts.values()), 25000)
+    def test_guides_leave_evidence_to_its_pages(self):
+        """No commit, no name of a campaign, no remark on the machine; cells of tables are short."""
+        for page in ('README.md', *(f'doc/{name}.md' for name in GUIDES)):
+            text = (ROOT / page).read_text()
+            with self.subTest(page=page):
+                self.assertNotRegex(text, r'\bbusy\b|[Mm]edians? of|campaign/|kept/|\b(?=[a-f]*[0-9])[0-9a-f]{8,40}\b')
+            for line in text.splitlines():
+                if line.startswith('|'):
+                    for cell in re.sub(r'\]\([^)]*\)', ']', line).split('|'):
+                        with self.subTest(page=page, cell=cell):
+                            self.assertLessEqual(len(cell.split()), 25)
 
     def test_the_moving_pictures_move_and_are_small(self):
         for name in ('demo.gif', 'explore.gif'):
@@ -116,8 +121,8 @@ class DocumentsTest(unittest.TestCase):
                     self.assertTrue(any(block in program for program in PROGRAMS), f'{page.name}:\n{block}')
         self.assertGreater(num_blocks, 3)
 
-    def test_the_readme_shows_an_example_as_a_whole(self):
-        text = (ROOT / 'README.md').read_text()
+    def test_the_library_page_begins_with_a_whole_program(self):
+        text = (ROOT / 'doc/library.md').read_text()
         for name in ('first_map.cpp', 'CMakeLists.txt'):
             program = (ROOT / 'examples/first_map' / name).read_text()
             self.assertIn(re.sub(r'^// SPDX.*\n', '', program), text)
@@ -147,7 +152,9 @@ class DocumentsTest(unittest.TestCase):
                 if not argument.startswith('__'):  # Arguments of roslaunch itself.
                     self.assertIn(argument.split(':=')[0], declared)
         elif program == 'rosrun':
-            self.assertRegex(built, rf'\b{words[1]}\b')
+            self.assertIn(words[0], ('cuboid_mapping', 'moveit_ros_planning', 'tf2_tools'))
+            if words[0] == 'cuboid_mapping':
+                self.assertRegex(built, rf'\b{words[1]}\b')
         elif program == 'rosservice':
             service = words[1].split('/')[-1]
             self.assertIn(service, (ROOT / 'src/cuboid_mapping/ros/middleware/names.h').read_text() + ' set_parameters')

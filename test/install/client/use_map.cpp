@@ -34,7 +34,7 @@ int main(int argc, char** argv) {
   }
   const Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();
   const std::vector<Eigen::Vector3f> points_sensor = {{5.0F, 1.0F, 0.5F}, {5.0F, 1.5F, 0.5F}};
-  // The example of README.md.
+  // The example of doc/library.md.
   MapperConfig config;
   config.map.resolution_m = 0.1;
   config.max_range_m = 30.0;
