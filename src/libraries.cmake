@@ -76,6 +76,8 @@ cuboid_mapping_add_part(core
   cuboid_mapping/voxels/uniform_boxes.cpp
   cuboid_mapping/voxels/voxel_store.cpp)
 target_link_libraries(cuboid_mapping_core PUBLIC Eigen3::Eigen Threads::Threads)
+# Its threads live until the program ends, so it must not be unloaded with a nodelet.
+target_link_options(cuboid_mapping_core PRIVATE -Wl,-z,nodelete)
 # Each alone: sources with vectors, and the work on a cloud, whose speed depends on what the compiler inlines.
 # A WHOLE unit is for builds that need no speed.
 if(NOT CUBOID_MAPPING_UNITY STREQUAL WHOLE)

@@ -18,6 +18,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <cstring>
 #include <functional>
 #include <limits>
 #include <string>
@@ -41,6 +42,30 @@ TEST(Budget, isSpentWithTheBrickAfterTheLast) {
     EXPECT_EQ(budget.whyEnded(), BudgetEnd::kBricks);
     EXPECT_FALSE(budget.spend(0)) << "it stays spent";
     EXPECT_FALSE(budget.addEntries());
+  }
+}
+
+TEST(Budget, withoutALimitIsOneForAllThreadsAndNeverWritten) {
+  Budget* of_other_thread = nullptr;
+  std::thread([&] { of_other_thread = &Budget::unlimited(); }).join();
+  ASSERT_EQ(of_other_thread, &Budget::unlimited());
+  const auto bytes = [](const Budget& budget) {
+    std::string copy(sizeof(Budget), '\0');
+    std::memcpy(copy.data(), static_cast<const void*>(&budget), sizeof(Budget));
+    return copy;
+  };
+  Budget own;
+  for (Budget* budget : {&own, &Budget::unlimited()}) {
+    const std::string before = bytes(*budget);
+    for (const std::uint64_t count : {std::uint64_t{0}, std::uint64_t{1}, ~std::uint64_t{0}}) {
+      EXPECT_TRUE(budget->spend(count));
+      EXPECT_TRUE(budget->spendAndYield(count));
+      EXPECT_TRUE(budget->addEntries(count));
+    }
+    EXPECT_TRUE(budget->lookNow());
+    budget->end(BudgetEnd::kStopped);
+    EXPECT_FALSE(budget->isSpent());
+    EXPECT_EQ(bytes(*budget), before);
   }
 }
 

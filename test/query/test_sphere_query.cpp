@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -54,6 +55,23 @@ std::vector<Sphere> randomArm(Random& random) {
     spheres.push_back({place += step, radius * kSphereEdge_m});
   }
   return spheres;
+}
+
+TEST(SphereQuery, AnswersInOtherThreadsThanTheOneThatMadeIt) {
+  Random random(4391);
+  CuboidMap map(sphereConfig());
+  map.apply(test::randomUpdate(random, {{-2, -2, -1}, {2, 2, 1}}, 16));
+  const std::vector<Sphere> spheres = randomArm(random);
+  const auto expected = SphereChecker(map, UnknownPolicy::kPass).check(spheres);
+  std::vector<SphereChecker> checkers;
+  std::thread([&] {
+    for (int i = 0; i < 3; ++i) checkers.emplace_back(map, UnknownPolicy::kPass);
+  }).join();
+  std::vector<std::thread> threads;
+  for (SphereChecker& checker : checkers) {
+    threads.emplace_back([&] { EXPECT_EQ(checker.check(spheres), expected); });
+  }
+  for (std::thread& thread : threads) thread.join();
 }
 
 TEST(SphereQuery, FindsEveryVoxelThatABallMeetsWhileTheMapChanges) {

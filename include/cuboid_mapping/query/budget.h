@@ -39,7 +39,7 @@ struct MapTurns {
 /// documents its answer in that case. A spent budget stays spent.
 ///
 /// It costs a subtraction for each brick; the clock is read once in 256 bricks. One budget may serve several
-/// queries, one after the other. Not thread-safe.
+/// queries, one after the other. Not thread-safe, but for one without a limit: that is never written.
 class Budget {
  public:
   /// Without a limit: never spent.
@@ -47,11 +47,12 @@ class Budget {
   /// Its time begins now. @pre turns.yield is set if turns.period_s is finite.
   explicit Budget(const QueryLimits& limits, MapTurns turns = {});
 
-  /// A budget without a limit; each thread has its own.
+  /// A budget without a limit, for all threads.
   [[nodiscard]] static Budget& unlimited();
 
   /// Deducts bricks. @return false: the budget is spent, and the query has to end.
   [[nodiscard]] bool spend(std::uint64_t bricks = 1) {
+    if (!is_limited_) return true;
     if (bricks < until_look_) {
       until_look_ -= bricks;
       return true;
@@ -62,6 +63,7 @@ class Budget {
   /// As spend(), for places where a query holds no reference into the map: others may get their turn, and the
   /// map may have changed afterwards.
   [[nodiscard]] bool spendAndYield(std::uint64_t bricks = 1) {
+    if (!is_limited_) return true;
     if (bricks < until_look_ && !is_yield_due_) {
       until_look_ -= bricks;
       return true;
@@ -72,6 +74,7 @@ class Budget {
   /// Deducts entries of the answer, all or none. @return false: fewer are left, and the budget is spent.
   /// spend() then still succeeds, so that the query can finish the entries that it has.
   [[nodiscard]] bool addEntries(std::uint64_t entries = 1) {
+    if (!is_limited_) return true;
     if (entries > entries_left_) end(BudgetEnd::kEntries);
     if (isSpent()) return false;
     entries_left_ -= entries;
@@ -80,7 +83,7 @@ class Budget {
 
   /// Reads the clock now, for loops with long steps. Others get their turn as in spendAndYield().
   /// @return false: the budget is spent.
-  [[nodiscard]] bool lookNow() { return look(0) && yieldIfDue(); }
+  [[nodiscard]] bool lookNow() { return !is_limited_ || (look(0) && yieldIfDue()); }
 
   /// Ends the budget before its limits are reached; does nothing to one without limits.
   void end(BudgetEnd why);
@@ -96,10 +99,10 @@ class Budget {
   bool look(std::uint64_t bricks);
   bool yieldIfDue();
 
-  std::uint64_t until_look_ = std::numeric_limits<std::uint64_t>::max();
-  std::uint64_t granted_ = until_look_;  ///< Value of until_look_ after the last look.
-  std::uint64_t bricks_left_ = std::numeric_limits<std::uint64_t>::max();
-  std::uint64_t entries_left_ = std::numeric_limits<std::uint64_t>::max();
+  std::uint64_t until_look_ = 0;
+  std::uint64_t granted_ = 0;  ///< Value of until_look_ after the last look.
+  std::uint64_t bricks_left_ = 0;
+  std::uint64_t entries_left_ = 0;
   Clock::time_point deadline_ = Clock::time_point::max();
   Clock::time_point turn_end_ = Clock::time_point::max();
   MapTurns turns_;

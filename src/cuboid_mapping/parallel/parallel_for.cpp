@@ -8,7 +8,6 @@
 #include <mutex>
 #include <thread>
 #include <utility>
-#include <vector>
 
 namespace cuboid_mapping {
 
@@ -31,18 +30,10 @@ class ThreadPool {
  public:
   using Job = BackgroundWork::Job;
 
+  /// Never destroyed: static objects may need it after any destructor of ours. The library is never unloaded.
   static ThreadPool& instance() {
-    static ThreadPool pool;
+    static auto& pool = *new ThreadPool;
     return pool;
-  }
-
-  ~ThreadPool() {
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      is_ending_ = true;
-    }
-    changed_.notify_all();
-    for (std::thread& thread : threads_) thread.join();
   }
 
   std::shared_ptr<Job> start(std::size_t count, std::size_t max_helpers,
@@ -75,18 +66,19 @@ class ThreadPool {
  private:
   /// Starts threads up to this number, if the machine and its memory allow it.
   void startThreads(std::size_t count) {
-    while (threads_.size() < count) {
+    while (num_threads_ < count) {
       try {
-        threads_.emplace_back([this] { run(); });
+        std::thread([this] { run(); }).detach();
+        ++num_threads_;
       } catch (const std::exception&) {
         return;
       }
     }
   }
 
-  void run() {
+  [[noreturn]] void run() {
     std::unique_lock<std::mutex> lock(mutex_);
-    while (!is_ending_) {
+    while (true) {
       const auto found = std::find_if(jobs_.begin(), jobs_.end(),
                                       [](const auto& job) { return job->wantsHelper(); });
       if (found == jobs_.end()) {
@@ -125,8 +117,7 @@ class ThreadPool {
   std::mutex mutex_;
   std::condition_variable changed_;  ///< Notified when a job has come or is done.
   std::deque<std::shared_ptr<Job>> jobs_;
-  std::vector<std::thread> threads_;
-  bool is_ending_ = false;
+  std::size_t num_threads_ = 0;
 };
 
 void parallelFor(std::size_t count, int threads, const std::function<void(std::size_t)>& work) {

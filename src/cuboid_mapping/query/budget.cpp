@@ -32,7 +32,7 @@ Budget::Budget(const QueryLimits& limits, MapTurns turns)
 }
 
 Budget& Budget::unlimited() {
-  thread_local Budget budget;
+  static auto& budget = *new Budget;  // Static objects may need it at the end of the program, too.
   return budget;
 }
 
@@ -44,10 +44,6 @@ void Budget::end(BudgetEnd why) {
 
 bool Budget::look(std::uint64_t bricks) {
   if (isSpent() && end_ != BudgetEnd::kEntries) return false;
-  if (!is_limited_) {
-    until_look_ = granted_;
-    return true;
-  }
   bricks_left_ -= granted_ - until_look_;
   granted_ = until_look_ = 0;  // Counted.
   if (bricks > bricks_left_) end(BudgetEnd::kBricks);
