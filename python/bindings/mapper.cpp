@@ -29,7 +29,7 @@ struct GivenScan {
 
 class MapperAccess : public MapAccess {
  public:
-  explicit MapperAccess(const MapperConfig& config) : mapper_(config), map_(mapper_.settle()) {}
+  explicit MapperAccess(const MapperConfig& config) : mapper_(config), map_(mapper_.map()) {}
 
   /// Counts of the points of a scan.
   struct Counts {
@@ -54,15 +54,16 @@ class MapperAccess : public MapAccess {
   template <typename WorkT>
   void edit(WorkT work) {
     change([&] {
-      settle();
+      is_settled_ = false;
       work(mapper_.map());
+      is_settled_ = true;
     });
   }
 
  protected:
   [[nodiscard]] bool isSettled() const override { return is_settled_; }
   void settle() override {
-    mapper_.settle();
+    (void)mapper_.map();
     is_settled_ = true;
   }
   [[nodiscard]] const CuboidMap& map() const override { return map_; }

@@ -32,7 +32,7 @@ class Mapper {
   ~Mapper();
 
   /// Takes one scan: every voxel that its beams pass or end in is observed once, see ScanUpdate.
-  /// @throws std::bad_alloc  for this scan, or for the one before, which was still entering the map.
+  /// @throws std::bad_alloc  This scan has not been taken; those before are in the map, or still enter it.
   void integrate(const Scan& scan);
 
   /// The two halves of integrate(): walk() here, and apply() of its result here or in another Mapper of the
@@ -44,16 +44,13 @@ class Mapper {
   void apply(ScanUpdate update);
   ///@}
 
-  /// The map with all scans, for queries (query/), edits and files (io/). After the first call, integrate()
-  /// returns when its scan is in the map: keep the reference, and read the map between two calls.
+  /// Waits until the last scan is in the map. @return The map with all scans, for queries (query/), edits and
+  /// files (io/), until the next call of integrate() or apply(): then ask for it again.
+  /// @throws std::bad_alloc  The last scan is not in the map yet: call it again.
   ///@{
   [[nodiscard]] CuboidMap& map();
   [[nodiscard]] const CuboidMap& map() const;
   ///@}
-
-  /// Waits until the last scan is in the map. Unlike map(), it leaves integrate() free to return before its
-  /// scan is in the map. @return The map, valid until the next call. @throws std::bad_alloc  as integrate().
-  const CuboidMap& settle();
 
   /// Counts of the last scan: used points, and points that could not be used.
   [[nodiscard]] const ScanUpdate& lastUpdate() const;

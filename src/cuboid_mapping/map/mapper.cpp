@@ -4,6 +4,7 @@
 #include "cuboid_mapping/parallel/parallel_for.h"
 #include "cuboid_mapping/scan/scan_update.h"
 
+#include <new>
 #include <utility>
 
 namespace cuboid_mapping {
@@ -14,20 +15,38 @@ struct Mapper::Implementation {
         updater(map.grid(), BeamRanges{config.max_range_m, config.end_margin_m}, config.map.threads,
                 config.map.beamSampling()) {}
 
+  /// Puts the update into the map; with several threads, beside the next ray walk.
   void startApply() {
-    const auto apply = [this] { map.apply(update); };
-    if (map.config().threads > 1 && !is_map_given) {
-      applying = BackgroundWork(apply);
-    } else {
-      apply();
+    if (map.config().threads == 1) {
+      map.apply(update);
+      return;
     }
+    is_waiting = true;
+    try {
+      applying = BackgroundWork([this] { apply(); });
+    } catch (const std::bad_alloc&) {  // finishApply() does it.
+    }
+  }
+
+  /// Waits until the update is in the map, and tries again what memory did not suffice for.
+  void finishApply() {
+    try {
+      applying.wait();
+    } catch (const std::bad_alloc&) {  // It is still waiting.
+    }
+    if (is_waiting) apply();
+  }
+
+  void apply() {
+    map.apply(update);
+    is_waiting = false;
   }
 
   CuboidMap map;
   ScanUpdater updater;
-  ScanUpdate update;          ///< Update of the scan that goes into the map.
-  bool is_map_given = false;  ///< The caller has the map, and may read it between calls.
-  BackgroundWork applying;    ///< Last member: it ends before the others are destroyed.
+  ScanUpdate update;        ///< Update of the scan that goes into the map.
+  bool is_waiting = false;  ///< The update is not in the map yet.
+  BackgroundWork applying;  ///< Last member: it ends before the others are destroyed.
 };
 
 Mapper::Mapper(const MapperConfig& config)
@@ -38,7 +57,7 @@ Mapper::~Mapper() = default;
 void Mapper::integrate(const Scan& scan) {
   Implementation& own = *implementation_;
   own.updater.compute(scan);  // The ray walk, which does not see the map.
-  own.applying.wait();
+  own.finishApply();
   own.updater.swapUpdate(own.update);
   own.startApply();
 }
@@ -46,25 +65,18 @@ void Mapper::integrate(const Scan& scan) {
 const ScanUpdate& Mapper::walk(const Scan& scan) { return implementation_->updater.compute(scan); }
 
 void Mapper::apply(ScanUpdate update) {
-  implementation_->applying.wait();
+  implementation_->finishApply();
   implementation_->update = std::move(update);
   implementation_->startApply();
 }
 
 CuboidMap& Mapper::map() {
-  implementation_->is_map_given = true;
-  implementation_->applying.wait();
+  implementation_->finishApply();
   return implementation_->map;
 }
 
 const CuboidMap& Mapper::map() const {
-  implementation_->is_map_given = true;
-  implementation_->applying.wait();
-  return implementation_->map;
-}
-
-const CuboidMap& Mapper::settle() {
-  implementation_->applying.wait();
+  implementation_->finishApply();
   return implementation_->map;
 }
 
