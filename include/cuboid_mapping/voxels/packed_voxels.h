@@ -107,7 +107,7 @@ class PackedVoxels {
   VoxelChange observe(const BrickMask& hits, const BrickMask& misses, const SensorModel& model,
                       PackedVoxels& after) const;
 
-  /// The voxels after `other` replaces this brick inside `part`.
+  /// The voxels after `other` replaces this brick inside `part`. A whole brick is copied.
   /// @param after  As in observe(). @return The differences.
   VoxelChange replace(const BrickMask& part, const PackedVoxels& other, PackedVoxels& after) const;
 
@@ -117,9 +117,14 @@ class PackedVoxels {
   /// Bytes of the block, without the object.
   [[nodiscard]] std::size_t numBytes() const { return numBytes(shape_); }
 
+  /// Number of bricks that this thread has encoded so far; copies do not count. For tests of work.
+  [[nodiscard]] static std::uint64_t numEncoded();
+
   /// Whether the same voxels are known, with the same log-odds.
   ///@{
-  friend bool operator==(const PackedVoxels& a, const PackedVoxels& b);
+  friend bool operator==(const PackedVoxels& a, const PackedVoxels& b) {
+    return a.differenceTo(b).changed.isEmpty();
+  }
   friend bool operator!=(const PackedVoxels& a, const PackedVoxels& b) { return !(a == b); }
   ///@}
 
@@ -161,6 +166,8 @@ class PackedVoxels {
   };
   struct Unpacked;
 
+  /// The voxels that differ in another brick.
+  [[nodiscard]] VoxelChange differenceTo(const PackedVoxels& after) const;
   void swap(PackedVoxels& other) noexcept {
     std::swap(shape_, other.shape_);
     std::swap(block_, other.block_);

@@ -125,6 +125,9 @@ class VoxelStore {
   [[nodiscard]] PendingChange prepareReplace(const CellBox& box,
                                              const std::vector<VoxelBrick>& bricks,
                                              const Work& work) const;
+  /// As above, for whole bricks anywhere: others stay. @complexity O(n log n), or O(n) along the Morton curve.
+  [[nodiscard]] PendingChange prepareReplace(const std::vector<VoxelBrick>& bricks,
+                                             const Work& work) const;
   /// Reserves memory for a change. @throws std::bad_alloc  Nothing has changed then.
   void reserve(const PendingChange& change);
   /// Makes a change. @pre It was computed for the current content of this store, and reserve() was called.
@@ -138,6 +141,9 @@ class VoxelStore {
   void clear() { *this = VoxelStore(); }
 
  private:
+  struct Source;
+  [[nodiscard]] PendingChange prepareReplace(std::vector<Source> sources, const CellBox& box,
+                                             const Work& work) const;
   template <typename BrickOfT, typename WorkT>
   PendingChange prepare(std::size_t count, const Work& work, BrickOfT brick_of,
                         WorkT change_of) const;

@@ -81,7 +81,12 @@ ChangeSet CuboidMap::commit(VoxelStore::PendingChange& change, const ScanUpdate*
 
 ChangeSet CuboidMap::replace(const CellBox& box, const std::vector<VoxelBrick>& bricks) {
   if (box.isEmpty()) return finish(false, {});
-  VoxelStore::PendingChange change = voxels_.prepareReplace(box, bricks, work());
+  VoxelStore::PendingChange change = voxels_.prepareReplace(box, bricks, {config_.threads});
+  return commit(change, nullptr);
+}
+
+ChangeSet CuboidMap::replace(const std::vector<VoxelBrick>& bricks) {
+  VoxelStore::PendingChange change = voxels_.prepareReplace(bricks, {config_.threads});
   return commit(change, nullptr);
 }
 

@@ -69,7 +69,7 @@ ChangeSet restoreSnapshot(const MapSnapshot& snapshot, CuboidMap& map) {
         "the snapshot has another resolution than the map: make the map with that of the snapshot");
   }
   CuboidMap restored(map.config());
-  restored.replace(kAllCells, snapshot.bricks);
+  restored.replace(snapshot.bricks);
   map.setLocked(snapshot.locked);  // Nothing throws from here on.
   return map.exchange(restored);
 }

@@ -57,7 +57,7 @@ bool MapFollower::take(const MapImage& image) {
   config.resolution_m = image.resolution_m;
   if (!checkConfig(config).empty() || !areGood(image.bricks)) return false;
   CuboidMap fresh(config);
-  fresh.replace(kAllCells, image.bricks);
+  fresh.replace(image.bricks);
   map_ = std::move(fresh);  // Nothing throws from here on.
   instance_ = image.instance;
   revision_ = image.revision;
@@ -70,7 +70,7 @@ FollowResult MapFollower::take(const MapDelta& delta) {
   if (delta.base > revision_ || delta.is_everything) return FollowResult::kGap;
   const bool is_good = delta.resolution_m == map_->grid().resolution() && areGood(delta.bricks);
   if (!is_good) return FollowResult::kDamaged;
-  for (const VoxelBrick& brick : delta.bricks) map_->replace(brickBox(brick.brick), {brick});
+  map_->replace(delta.bricks);
   revision_ = delta.revision;
   return FollowResult::kApplied;
 }

@@ -14,6 +14,8 @@ namespace {
 
 constexpr float kVacant = std::numeric_limits<float>::quiet_NaN();
 
+thread_local std::uint64_t num_encoded = 0;
+
 /// Number of planes for the numbers below `count`.
 int numPlanesFor(int count) {
   int num_planes = 0;
@@ -132,6 +134,21 @@ struct PackedVoxels::Unpacked : Masks {
     flip(voxels, from, values[is_occupied ? 1 : 0].numberOf(log_odds, preferred));
     known |= voxels;
     occupied = is_occupied ? occupied | voxels : occupied.without(voxels);
+  }
+
+  /// Makes voxels unknown, and removes log-odds that no other voxel has.
+  void clear(const BrickMask& voxels) {
+    known = known.without(voxels);
+    occupied = occupied.without(voxels);
+    for (int i = 0; i < num_planes; ++i) planes[static_cast<std::size_t>(i)] &= known;
+    for (const bool is_occupied : {false, true}) {
+      Values& of_class = values[is_occupied ? 1 : 0];
+      const BrickMask left = is_occupied ? occupied : known.without(occupied);
+      for (int i = 0; i < of_class.size(); ++i) {
+        if (voxelsOf(i, left).isEmpty()) of_class.vacate(i);
+      }
+    }
+    compact();
   }
 
   /// Gives vacant numbers to the last log-odds, and removes planes that are not needed any more.
@@ -289,25 +306,47 @@ VoxelChange PackedVoxels::observe(const BrickMask& hits, const BrickMask& all_mi
 
 VoxelChange PackedVoxels::replace(const BrickMask& part, const PackedVoxels& other,
                                   PackedVoxels& result) const {
-  VoxelValues before;
-  getValues(before);
-  VoxelValues after = before;
-  BrickMask known_after = known().without(part);
+  if (part.isFull()) {
+    const VoxelChange change = differenceTo(other);
+    if (!change.changed.isEmpty()) result = other;
+    return change;
+  }
+  Unpacked unpacked(*this);
+  unpacked.setValues(*this);
+  unpacked.clear(part);
   other.forEachValue([&](float log_odds, const BrickMask& voxels) {
-    known_after |= voxels & part;
-    (voxels & part).forEach([&](int voxel) { after[static_cast<std::size_t>(voxel)] = log_odds; });
+    const BrickMask taken = voxels & part;
+    if (!taken.isEmpty()) unpacked.set(taken, 0, -1, log_odds);
   });
-  VoxelChange change;
-  change.changed = known() ^ known_after;
-  (known() & known_after).forEach([&](int voxel) {
-    const auto at = static_cast<std::size_t>(voxel);
-    if (before[at] != after[at]) change.changed.set(voxel);
-  });
-  if (change.changed.isEmpty()) return change;
-  PackedVoxels replaced(known_after, after);
-  change.reclassified = (known() ^ known_after) | (occupied() ^ replaced.occupied());
-  result = std::move(replaced);
+  PackedVoxels replaced;
+  replaced.pack(unpacked);
+  const VoxelChange change = differenceTo(replaced);
+  if (!change.changed.isEmpty()) result = std::move(replaced);
   return change;
+}
+
+VoxelChange PackedVoxels::differenceTo(const PackedVoxels& after) const {
+  const Masks here(*this);
+  const Masks there(after);
+  BrickMask same;
+  const auto compare = [&](const float* values, int num_values, const float* others, int num_others,
+                           const BrickMask& of_class) {
+    if (of_class.isEmpty()) return;
+    for (int i = 0; i < num_values; ++i) {
+      const float* found = std::find(others, others + num_others, values[i]);
+      if (found == others + num_others) continue;
+      same |=
+          here.voxelsOf(i, of_class) & there.voxelsOf(static_cast<int>(found - others), of_class);
+    }
+  };
+  const int num_free = shape_.num_free_values;
+  const int num_free_after = after.shape_.num_free_values;
+  compare(values(), num_free, after.values(), num_free_after,
+          here.known.without(here.occupied) & there.known.without(there.occupied));
+  compare(values() + num_free, shape_.num_occupied_values, after.values() + num_free_after,
+          after.shape_.num_occupied_values, here.occupied & there.occupied);
+  return {(here.known | there.known).without(same),
+          (here.known ^ there.known) | (here.occupied ^ there.occupied)};
 }
 
 std::size_t PackedVoxels::numBytes(const Shape& shape) {
@@ -317,7 +356,10 @@ std::size_t PackedVoxels::numBytes(const Shape& shape) {
   return static_cast<std::size_t>(num_words) * sizeof(std::uint64_t) + num_values * sizeof(float);
 }
 
+std::uint64_t PackedVoxels::numEncoded() { return num_encoded; }
+
 void PackedVoxels::pack(const Unpacked& unpacked) {
+  ++num_encoded;
   Shape shape;
   for (unsigned z = 0; z < kBrickEdge; ++z) {
     if (unpacked.known[z] == 0) continue;
@@ -356,19 +398,6 @@ PackedVoxels PackedVoxels::ofClasses(const BrickMask& known, const BrickMask& oc
   values.fill(model.min());
   occupied.forEach([&](int voxel) { values[static_cast<std::size_t>(voxel)] = model.max(); });
   return {known, values};
-}
-
-bool operator==(const PackedVoxels& a, const PackedVoxels& b) {
-  if (a.known() != b.known() || a.occupied() != b.occupied()) return false;
-  VoxelValues values;
-  b.getValues(values);
-  bool is_same = true;
-  a.forEachValue([&](float log_odds, const BrickMask& voxels) {
-    voxels.forEach([&](int voxel) {
-      is_same = is_same && values[static_cast<std::size_t>(voxel)] == log_odds;
-    });
-  });
-  return is_same;
 }
 
 }  // namespace cuboid_mapping

@@ -6,6 +6,7 @@
 #include "cuboid_mapping/voxels/mask_bounds.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 namespace cuboid_mapping {
@@ -133,25 +134,42 @@ VoxelStore::PendingChange VoxelStore::prepare(const std::vector<BrickUpdate>& up
       });
 }
 
+/// New content of a brick.
+struct VoxelStore::Source {
+  Cell brick;
+  const PackedVoxels* voxels;
+};
+
 VoxelStore::PendingChange VoxelStore::prepareReplace(const CellBox& box,
                                                      const std::vector<VoxelBrick>& bricks,
                                                      const Work& work) const {
-  struct Source {
-    Cell brick;
-    const PackedVoxels* voxels;
-  };
   static const PackedVoxels kUnknown;
   std::vector<Source> sources;
   forEachIn(box, [&](const VoxelBrick& old) { sources.push_back({old.brick, &kUnknown}); });
   for (const VoxelBrick& brick : bricks) {
-    if (!intersect(brickBox(brick.brick), box).isEmpty()) {
-      sources.push_back({brick.brick, &brick.voxels});
-    }
+    if (brickBox(brick.brick).intersects(box)) sources.push_back({brick.brick, &brick.voxels});
   }
-  // For equal bricks, the new voxels come last.
-  std::stable_sort(sources.begin(), sources.end(), [](const Source& a, const Source& b) {
+  return prepareReplace(std::move(sources), box, work);
+}
+
+VoxelStore::PendingChange VoxelStore::prepareReplace(const std::vector<VoxelBrick>& bricks,
+                                                     const Work& work) const {
+  std::vector<Source> sources;
+  sources.reserve(bricks.size());
+  for (const VoxelBrick& brick : bricks) sources.push_back({brick.brick, &brick.voxels});
+  constexpr std::int32_t kMax = std::numeric_limits<std::int32_t>::max();
+  return prepareReplace(std::move(sources), {{-kMax, -kMax, -kMax}, {kMax, kMax, kMax}}, work);
+}
+
+/// @param sources  Where a brick comes twice, the later one counts.
+VoxelStore::PendingChange VoxelStore::prepareReplace(std::vector<Source> sources,
+                                                     const CellBox& box, const Work& work) const {
+  const auto is_before = [](const Source& a, const Source& b) {
     return isBeforeOnMortonCurve(a.brick, b.brick);
-  });
+  };
+  if (!std::is_sorted(sources.begin(), sources.end(), is_before)) {
+    std::stable_sort(sources.begin(), sources.end(), is_before);
+  }
   std::size_t count = 0;
   for (const Source& source : sources) {
     if (count > 0 && sources[count - 1].brick == source.brick) --count;
