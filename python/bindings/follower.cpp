@@ -79,7 +79,7 @@ class FollowerAccess : public MapAccess {
       auto bricks = unpackBricks(packed);
       if (!bricks) return FollowResult::kDamaged;
       delta.bricks = std::move(*bricks);
-      return follower_.take(delta);
+      return follower_.take(std::move(delta));
     });
   }
 

@@ -131,7 +131,7 @@ std::unique_ptr<MapperAccess> load(const std::string& file, const py::kwargs& ar
   config.map.environment = loaded.snapshot.environment;
   auto mapper = std::make_unique<MapperAccess>(parseConfig(arguments, config));
   mapper->frame_id = loaded.snapshot.frame_id;
-  mapper->edit([&](CuboidMap& map) { restoreSnapshot(loaded.snapshot, map); });
+  mapper->edit([&](CuboidMap& map) { restoreSnapshot(std::move(loaded.snapshot), map); });
   return mapper;
 }
 

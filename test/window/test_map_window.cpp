@@ -348,6 +348,21 @@ TEST(MapWindow, bringsPagesBackSomeAtATime) {
   EXPECT_EQ(pair.voxels(), test::voxelsOf(pair.plain));
 }
 
+TEST(MapWindow, encodesABrickOnceWhenItReadsItsPage) {
+  const TemporaryFolder folder;
+  Pair pair(tenthOfAMetre(), {6.4, 0.0, OutsideWindow::kKeep}, folder / "map.sqlite");
+  Random random(971);
+  for (int i = 0; i < 10; ++i) {
+    pair.integrate(test::randomUpdate(random, {{-9, -9, -9}, {9, 9, 9}}, 200), {0.0, 0.0, 0.0});
+  }
+  pair.startAgain();
+  const std::uint64_t before = PackedVoxels::numEncoded();
+  pair.window->load(kAllCells, pair.map, pair.changes);
+  const std::size_t num_bricks = pair.map.voxels().size();
+  EXPECT_GT(num_bricks, 500U);
+  EXPECT_EQ(PackedVoxels::numEncoded() - before, num_bricks);
+}
+
 /// Opens the window again on a store in which the page at x = 0 is damaged.
 void damageFirstPage(Pair& pair) {
   EXPECT_TRUE(pair.window->save(pair.map));

@@ -103,12 +103,12 @@ class CuboidMap {
   ///   - no bricks: the box becomes unknown;
   ///   - an empty box, or the voxels are there already: no change, the revision stays.
   ///
-  /// Whole bricks are copied. Replaced bricks are divided into cuboids when they are read.
+  /// Whole bricks are taken over, not encoded again. Replaced bricks are divided into cuboids when they are read.
   ///
   /// @param bricks  Any finite log-odds. If a brick comes twice, the later one counts. Voxels outside the box
   ///                are ignored.
   /// @complexity As VoxelStore::prepareReplace(), and O(log n) for each brick that changes.
-  ChangeSet replace(const CellBox& box, const std::vector<VoxelBrick>& bricks);
+  ChangeSet replace(const CellBox& box, std::vector<VoxelBrick> bricks);
   /// As above. @param boxes  Where two overlap, the later one counts. Voxels outside the box are ignored.
   /// @throws std::invalid_argument  Log-odds are not finite; the map is as it was.
   ChangeSet replace(const CellBox& box, const std::vector<UniformBox>& boxes);
@@ -116,7 +116,7 @@ class CuboidMap {
   /// Replaces whole bricks in one change, exactly, and keeps all others: for copies of another map. Locked voxels are
   /// replaced, too. @param bricks  As above; one without known voxels becomes unknown. @pre Within kAllCells.
   /// @complexity O(n log n) for n bricks.
-  ChangeSet replace(const std::vector<VoxelBrick>& bricks);
+  ChangeSet replace(std::vector<VoxelBrick> bricks);
 
   /// Exchanges all voxels and cuboids with another map, which may have been built while this one was
   /// in use. Locks stay. @pre The configs are equal. @complexity O(1).

@@ -49,7 +49,7 @@ void addCuboids(const CuboidMap& map, MapSnapshot& snapshot);
 /// @throws std::invalid_argument  The resolutions differ. @throws std::bad_alloc  In both cases the map is as
 ///         before.
 /// @complexity O(n log n).
-ChangeSet restoreSnapshot(const MapSnapshot& snapshot, CuboidMap& map);
+ChangeSet restoreSnapshot(MapSnapshot snapshot, CuboidMap& map);
 
 /// Defect of a brick; empty if there is none. A brick must lie in kAllCells, at multiples of kBrickEdge, and
 /// its log-odds must be finite.

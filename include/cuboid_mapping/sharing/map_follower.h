@@ -58,9 +58,9 @@ class MapFollower {
  public:
   /// Takes an image; ignores one that is older than the copy, of the same instance.
   /// @return false for invalid bricks, or a resolution that no map can have; the copy is then as before.
-  [[nodiscard]] bool take(const MapImage& image);
+  [[nodiscard]] bool take(MapImage image);
   /// Takes changes. @return kApplied; else the reason why the copy is as before. @complexity O(bricks log n).
-  [[nodiscard]] FollowResult take(const MapDelta& delta);
+  [[nodiscard]] FollowResult take(MapDelta delta);
 
   /// The copy; nothing before the first image. Its revision is its own: see revision().
   [[nodiscard]] const CuboidMap* map() const { return map_ ? &*map_ : nullptr; }

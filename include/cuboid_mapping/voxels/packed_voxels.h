@@ -68,6 +68,8 @@ class PackedVoxels {
   [[nodiscard]] BrickMask free() const { return known().without(occupied()); }
   /// Whether occupied() has a voxel.
   [[nodiscard]] bool isAnyOccupied() const { return shape_.num_occupied_values > 0; }
+  /// Whether no log-odds is infinite or NaN.
+  [[nodiscard]] bool isFinite() const;
   /// Whether all voxels are known and free.
   [[nodiscard]] bool isAllFree() const {
     return shape_.slices == kAllSlices && shape_.num_occupied_values == 0 && !shape_.has_known;
@@ -107,9 +109,9 @@ class PackedVoxels {
   VoxelChange observe(const BrickMask& hits, const BrickMask& misses, const SensorModel& model,
                       PackedVoxels& after) const;
 
-  /// The voxels after `other` replaces this brick inside `part`. A whole brick is copied.
+  /// The voxels after `other` replaces this brick inside `part`. A whole brick is taken over.
   /// @param after  As in observe(). @return The differences.
-  VoxelChange replace(const BrickMask& part, const PackedVoxels& other, PackedVoxels& after) const;
+  VoxelChange replace(const BrickMask& part, PackedVoxels other, PackedVoxels& after) const;
 
   /// Prefetches the first masks. Inline: gcc drops calls of functions that do nothing else.
   [[gnu::always_inline]] void prefetch() const { __builtin_prefetch(block_.get()); }

@@ -122,11 +122,10 @@ class VoxelStore {
   ///                box are ignored. @throws std::bad_alloc
   /// @complexity O(m + n log n) for m bricks of the box, or all known bricks if these are fewer, and n old and
   /// new bricks in it.
-  [[nodiscard]] PendingChange prepareReplace(const CellBox& box,
-                                             const std::vector<VoxelBrick>& bricks,
+  [[nodiscard]] PendingChange prepareReplace(const CellBox& box, std::vector<VoxelBrick> bricks,
                                              const Work& work) const;
   /// As above, for whole bricks anywhere: others stay. @complexity O(n log n), or O(n) along the Morton curve.
-  [[nodiscard]] PendingChange prepareReplace(const std::vector<VoxelBrick>& bricks,
+  [[nodiscard]] PendingChange prepareReplace(std::vector<VoxelBrick> bricks,
                                              const Work& work) const;
   /// Reserves memory for a change. @throws std::bad_alloc  Nothing has changed then.
   void reserve(const PendingChange& change);

@@ -88,7 +88,7 @@ void MapCorrection::Implementation::beginMap(const CuboidMap& base) {
     }
     current.reset();
   }
-  restoreSnapshot(snapshot, map);
+  restoreSnapshot(std::move(snapshot), map);
 }
 
 bool MapCorrection::Implementation::concerns(const HistoryEvent& cloud) const {

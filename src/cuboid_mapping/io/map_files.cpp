@@ -130,18 +130,18 @@ std::size_t writeMapFile(const std::string& file, const MapSnapshot& snapshot,
 }
 
 CuboidMap loadMap(const std::string& file) {
-  const MapSnapshot snapshot = readMapFile(file).snapshot;
+  MapSnapshot snapshot = readMapFile(file).snapshot;
   MapConfig config;
   config.resolution_m = snapshot.resolution_m;
   config.sensor_model = snapshot.sensor_model;
   config.environment = snapshot.environment;
   CuboidMap map(config);
-  restoreSnapshot(snapshot, map);
+  restoreSnapshot(std::move(snapshot), map);
   return map;
 }
 
 ChangeSet loadMap(const std::string& file, CuboidMap& map) {
-  const MapSnapshot snapshot = readMapFile(file, map.config().sensor_model).snapshot;
+  MapSnapshot snapshot = readMapFile(file, map.config().sensor_model).snapshot;
   const double resolution_m = map.grid().resolution();
   if (snapshot.resolution_m != resolution_m) {
     throw MapFileError(MapFileDefect::kForeign,
@@ -149,7 +149,7 @@ ChangeSet loadMap(const std::string& file, CuboidMap& map) {
                            " m, and the map of " + toText(resolution_m) +
                            " m: make the map with the resolution of the file");
   }
-  return restoreSnapshot(snapshot, map);
+  return restoreSnapshot(std::move(snapshot), map);
 }
 
 std::size_t saveMap(const CuboidMap& map, const std::string& file, const std::string& frame_id) {

@@ -79,14 +79,15 @@ ChangeSet CuboidMap::commit(VoxelStore::PendingChange& change, const ScanUpdate*
   return finish(!change.changed.empty(), std::move(changes));
 }
 
-ChangeSet CuboidMap::replace(const CellBox& box, const std::vector<VoxelBrick>& bricks) {
+ChangeSet CuboidMap::replace(const CellBox& box, std::vector<VoxelBrick> bricks) {
   if (box.isEmpty()) return finish(false, {});
-  VoxelStore::PendingChange change = voxels_.prepareReplace(box, bricks, {config_.threads});
+  VoxelStore::PendingChange change =
+      voxels_.prepareReplace(box, std::move(bricks), {config_.threads});
   return commit(change, nullptr);
 }
 
-ChangeSet CuboidMap::replace(const std::vector<VoxelBrick>& bricks) {
-  VoxelStore::PendingChange change = voxels_.prepareReplace(bricks, {config_.threads});
+ChangeSet CuboidMap::replace(std::vector<VoxelBrick> bricks) {
+  VoxelStore::PendingChange change = voxels_.prepareReplace(std::move(bricks), {config_.threads});
   return commit(change, nullptr);
 }
 

@@ -5,7 +5,6 @@
 #include "cuboid_mapping/map/locked_boxes.h"
 
 #include <algorithm>
-#include <cmath>
 #include <sstream>
 #include <stdexcept>
 
@@ -63,13 +62,13 @@ void addCuboids(const CuboidMap& map, MapSnapshot& snapshot) {
             [](const Cuboid& a, const Cuboid& b) { return a.box.min < b.box.min; });
 }
 
-ChangeSet restoreSnapshot(const MapSnapshot& snapshot, CuboidMap& map) {
+ChangeSet restoreSnapshot(MapSnapshot snapshot, CuboidMap& map) {
   if (snapshot.resolution_m != map.config().resolution_m) {
     throw std::invalid_argument(
         "the snapshot has another resolution than the map: make the map with that of the snapshot");
   }
   CuboidMap restored(map.config());
-  restored.replace(snapshot.bricks);
+  restored.replace(std::move(snapshot.bricks));
   map.setLocked(snapshot.locked);  // Nothing throws from here on.
   return map.exchange(restored);
 }
@@ -78,11 +77,8 @@ std::string findFault(const VoxelBrick& brick) {
   if (brick.brick != brickOf(brick.brick) || !kAllCells.contains(brick.brick)) {
     return concat("brick ", brick.brick, " reaches beyond the limits of a map");
   }
-  bool is_finite = true;
-  brick.voxels.forEachValue([&](float log_odds, const BrickMask& /*voxels*/) {
-    is_finite = is_finite && std::isfinite(log_odds);
-  });
-  return is_finite ? std::string() : concat("brick ", brick.brick, " has infinite log-odds");
+  return brick.voxels.isFinite() ? std::string()
+                                 : concat("brick ", brick.brick, " has infinite log-odds");
 }
 
 std::optional<SnapshotFault> findFault(const MapSnapshot& snapshot, const SnapshotLimits& limits) {

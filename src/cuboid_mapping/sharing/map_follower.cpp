@@ -51,26 +51,26 @@ MapDelta makeDelta(const CuboidMap& map, const ChangeSet& changes, std::uint64_t
   return delta;
 }
 
-bool MapFollower::take(const MapImage& image) {
+bool MapFollower::take(MapImage image) {
   if (map_ && image.instance == instance_ && image.revision < revision_) return true;
   MapConfig config;
   config.resolution_m = image.resolution_m;
   if (!checkConfig(config).empty() || !areGood(image.bricks)) return false;
   CuboidMap fresh(config);
-  fresh.replace(image.bricks);
+  fresh.replace(std::move(image.bricks));
   map_ = std::move(fresh);  // Nothing throws from here on.
   instance_ = image.instance;
   revision_ = image.revision;
   return true;
 }
 
-FollowResult MapFollower::take(const MapDelta& delta) {
+FollowResult MapFollower::take(MapDelta delta) {
   if (!map_ || delta.instance != instance_) return FollowResult::kGap;
   if (delta.revision <= revision_) return FollowResult::kOld;
   if (delta.base > revision_ || delta.is_everything) return FollowResult::kGap;
   const bool is_good = delta.resolution_m == map_->grid().resolution() && areGood(delta.bricks);
   if (!is_good) return FollowResult::kDamaged;
-  map_->replace(delta.bricks);
+  map_->replace(std::move(delta.bricks));
   revision_ = delta.revision;
   return FollowResult::kApplied;
 }

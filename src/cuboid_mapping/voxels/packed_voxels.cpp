@@ -228,6 +228,12 @@ BrickMask PackedVoxels::occupied() const {
   return shape_.has_occupied ? maskOf(shape_.has_known ? 1 : 0) : known();
 }
 
+bool PackedVoxels::isFinite() const {
+  const int num_values = shape_.num_free_values + shape_.num_occupied_values;
+  return std::all_of(values(), values() + num_values,
+                     [](float log_odds) { return std::isfinite(log_odds); });
+}
+
 std::optional<float> PackedVoxels::logOddsAt(int voxel) const {
   const Occupancy occupancy = at(voxel);
   if (occupancy == Occupancy::kUnknown) return std::nullopt;
@@ -304,11 +310,11 @@ VoxelChange PackedVoxels::observe(const BrickMask& hits, const BrickMask& all_mi
   return change;
 }
 
-VoxelChange PackedVoxels::replace(const BrickMask& part, const PackedVoxels& other,
+VoxelChange PackedVoxels::replace(const BrickMask& part, PackedVoxels other,
                                   PackedVoxels& result) const {
   if (part.isFull()) {
     const VoxelChange change = differenceTo(other);
-    if (!change.changed.isEmpty()) result = other;
+    if (!change.changed.isEmpty()) result = std::move(other);
     return change;
   }
   Unpacked unpacked(*this);

@@ -20,18 +20,17 @@ void complete(const PackedVoxels& before, const VoxelStore::Work& work,
               VoxelStore::PendingBrick& brick) {
   brick.is_gone = brick.voxels.isEmpty();
   const BrickMask occupied = brick.voxels.occupied();
-  const BrickMask free = brick.voxels.known().without(occupied);
-  brick.free = free.count() - before.free().count();
+  const BrickMask known = brick.voxels.known();
+  const BrickMask known_before = before.known();
   brick.occupied = occupied.count() - before.occupied().count();
+  brick.free = known.count() - known_before.count() - brick.occupied;
   if (brick.is_gone) return;
-  const BrickMask known = free | occupied;
   brick.bounds = boundsOf(brick.brick, known);
   brick.has_occupied = brick.voxels.isAnyOccupied();
-  const BrickMask known_before = before.known();
   brick.has_other_branch =
       brick.is_new || brick.has_occupied != before.isAnyOccupied() ||
       (known != known_before && brick.bounds != boundsOf(brick.brick, known_before));
-  if (work.divides) brick.cuboids = BrickCuboids(divide(occupied, free));
+  if (work.divides) brick.cuboids = BrickCuboids(divide(occupied, known.without(occupied)));
 }
 
 }  // namespace
@@ -137,26 +136,25 @@ VoxelStore::PendingChange VoxelStore::prepare(const std::vector<BrickUpdate>& up
 /// New content of a brick.
 struct VoxelStore::Source {
   Cell brick;
-  const PackedVoxels* voxels;
+  PackedVoxels* voxels;  ///< Null: unknown.
 };
 
 VoxelStore::PendingChange VoxelStore::prepareReplace(const CellBox& box,
-                                                     const std::vector<VoxelBrick>& bricks,
+                                                     std::vector<VoxelBrick> bricks,
                                                      const Work& work) const {
-  static const PackedVoxels kUnknown;
   std::vector<Source> sources;
-  forEachIn(box, [&](const VoxelBrick& old) { sources.push_back({old.brick, &kUnknown}); });
-  for (const VoxelBrick& brick : bricks) {
+  forEachIn(box, [&](const VoxelBrick& old) { sources.push_back({old.brick, nullptr}); });
+  for (VoxelBrick& brick : bricks) {
     if (brickBox(brick.brick).intersects(box)) sources.push_back({brick.brick, &brick.voxels});
   }
   return prepareReplace(std::move(sources), box, work);
 }
 
-VoxelStore::PendingChange VoxelStore::prepareReplace(const std::vector<VoxelBrick>& bricks,
+VoxelStore::PendingChange VoxelStore::prepareReplace(std::vector<VoxelBrick> bricks,
                                                      const Work& work) const {
   std::vector<Source> sources;
   sources.reserve(bricks.size());
-  for (const VoxelBrick& brick : bricks) sources.push_back({brick.brick, &brick.voxels});
+  for (VoxelBrick& brick : bricks) sources.push_back({brick.brick, &brick.voxels});
   constexpr std::int32_t kMax = std::numeric_limits<std::int32_t>::max();
   return prepareReplace(std::move(sources), {{-kMax, -kMax, -kMax}, {kMax, kMax, kMax}}, work);
 }
@@ -178,8 +176,10 @@ VoxelStore::PendingChange VoxelStore::prepareReplace(std::vector<Source> sources
   return prepare(
       count, work, [&](std::size_t i) { return sources[i].brick; },
       [&](std::size_t i, const PackedVoxels& before, PackedVoxels& after) {
-        const CellBox part = intersect(brickBox(sources[i].brick), box);
-        return before.replace(BrickMask::ofBox(part), *sources[i].voxels, after);
+        const auto& [brick, voxels] = sources[i];
+        const CellBox part = intersect(brickBox(brick), box);
+        return before.replace(BrickMask::ofBox(part),
+                              voxels == nullptr ? PackedVoxels() : std::move(*voxels), after);
       });
 }
 

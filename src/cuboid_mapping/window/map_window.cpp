@@ -193,8 +193,7 @@ void MapWindow::bringAhead(CuboidMap& map, ChangeSet& changes) {
 }
 
 void MapWindow::loadPage(const Cell& page, CuboidMap& map, ChangeSet& changes) {
-  const std::vector<VoxelBrick> bricks = store_->read(page);
-  changes.append(map.replace(pageBox(page), bricks));
+  changes.append(map.replace(store_->read(page)));
   pages_[page].last_use = step_;
   stored_.erase(page);
   ++figures_.num_loads;
