@@ -1,8 +1,8 @@
 # The catkin package: messages, what other packages of a workspace see of it, and where things are installed.
-set(packages actionlib_msgs geometry_msgs message_generation nav_msgs roscpp std_msgs)
+set(packages geometry_msgs message_generation nav_msgs roscpp std_msgs)
 if(CUBOID_MAPPING_NODE)
   list(APPEND packages
-    actionlib diagnostic_msgs diagnostic_updater dynamic_reconfigure laser_geometry map_msgs nodelet pcl_conversions
+    diagnostic_msgs diagnostic_updater dynamic_reconfigure laser_geometry map_msgs nodelet pcl_conversions
     pluginlib rosbag rosbag_storage rosgraph_msgs sensor_msgs std_srvs tf2 tf2_eigen tf2_msgs tf2_ros visualization_msgs)
 endif()
 # The GMock module of Debian 11 remembers that it has found GoogleTest, but defines its targets only
@@ -17,8 +17,7 @@ add_service_files(FILES
   CastRays.srv CheckBoxes.srv CheckPath.srv CheckPoses.srv FindCorridor.srv FindNearest.srv FindNearestFree.srv
   CorrectPoses.srv GetCuboids.srv GetDistances.srv GetFreeGraph.srv GetFrontiers.srv GetLocks.srv GetMap.srv GetObservations.srv LoadMap.srv MoveMap.srv
   QueryBox.srv SaveMap.srv SetBox.srv)
-add_action_files(FILES CorrectPoses.action LoadMap.action MoveMap.action SaveMap.action)
-generate_messages(DEPENDENCIES actionlib_msgs geometry_msgs nav_msgs std_msgs)
+generate_messages(DEPENDENCIES geometry_msgs nav_msgs std_msgs)
 # Debian does not have octomap_msgs: its headers are made of src/octomap_msgs, and not installed.
 if(NOT octomap_msgs_FOUND)
   set(octomap_msgs_INCLUDE_DIRS ${CMAKE_BINARY_DIR}/octomap_msgs)
@@ -45,7 +44,7 @@ endif()
 catkin_package(
   INCLUDE_DIRS include
   LIBRARIES ${exported}
-  CATKIN_DEPENDS actionlib_msgs geometry_msgs message_runtime nav_msgs roscpp std_msgs
+  CATKIN_DEPENDS geometry_msgs message_runtime nav_msgs roscpp std_msgs
   DEPENDS EIGEN3
   CFG_EXTRAS cuboid_mapping-extras.cmake)
 

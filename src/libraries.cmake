@@ -211,7 +211,6 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/diagnostics/diagnostics.cpp
   cuboid_mapping/ros/fleet/observation_publisher.cpp
   cuboid_mapping/ros/fleet/robot_merger.cpp
-  cuboid_mapping/ros/map/earlier_saves.cpp
   cuboid_mapping/ros/map/edit_undo.cpp
   cuboid_mapping/ros/map/forgetting.cpp
   cuboid_mapping/ros/map/guarded_map.cpp

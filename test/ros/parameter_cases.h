@@ -348,7 +348,6 @@ inline std::vector<Case> otherCases() {
        5.0,
        [](const P& p) { return p.autosave_period_s == 5.0; },
        {0.5, 1e6, kNan, "1"}},
-      {"autosave_keep", 3, [](const P& p) { return p.autosave_keep == 3; }, {-1, 1001, 1.5}},
       {"map_file_optional", true, [](const P& p) { return p.map_file_optional; }, {1, "no"}},
       {"resume", false, [](const P& p) { return !p.resume; }, {1, "no"}},
       {"keyframe_period",
@@ -435,17 +434,10 @@ inline std::vector<Case> octomapServerCases() {
        50,
        [](const NodeParameters& p) { return p.octomap_server.max_projection_mb == 50; },
        {0, 2000, 1.5}},
-      {"max_depth",
-       12,
-       [](const NodeParameters& p) { return p.octomap_server.max_depth == 12; },
-       {0, 17, 1.5}},
       switchCase<&S::filter_speckles>("filter_speckles"),
       switchCase<&S::publish_free_space>("publish_free_space"),
-      switchCase<&S::is_projection_incremental>("incremental_2D_projection"),
-      switchCase<&S::compress_map>("compress_map"),
       switchCase<&S::is_height_map>("height_map"),
       numberCase<&S::color_factor>("color_factor", 0.3, {-0.1, 1.1, kNan}),
-      switchCase<&S::is_colored_map>("colored_map"),
   };
   for (const auto& part :
        {colorCases<&S::color>("color"), colorCases<&S::color_free>("color_free")}) {

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A running node whose robot drifts: ~correct_poses and corrected_path restore the map of the right poses.
 #include "cuboid_mapping/CorrectPoses.h"
-#include "cuboid_mapping/CorrectPosesAction.h"
 #include "cuboid_mapping/MoveMap.h"
 #include "cuboid_mapping/SetBox.h"
 #include "ros/driven_node.h"
 
-#include <actionlib/client/simple_action_client.h>
 #include <nav_msgs/Path.h>
 
 #include <chrono>
@@ -95,19 +93,6 @@ class NodeCorrections : public DrivenNode {
     correct.request.outside_stays = static_cast<std::uint8_t>(outside_stays);
     EXPECT_TRUE(callService(std::string(kName) + "/correct_poses", correct));
     return correct.response;
-  }
-
-  /// Corrects by the action.
-  static void correctByAction(const nav_msgs::Path& path) {
-    actionlib::SimpleActionClient<cuboid_mapping::CorrectPosesAction> client(
-        std::string(kName) + "/correct_poses", true);
-    ASSERT_TRUE(client.waitForServer(ros::Duration(kDeadline_s)));
-    cuboid_mapping::CorrectPosesGoal goal;
-    goal.path = path;
-    client.sendGoal(goal);
-    ASSERT_TRUE(client.waitForResult(ros::Duration(kDeadline_s)));
-    EXPECT_EQ(client.getState(), actionlib::SimpleClientGoalState::SUCCEEDED);
-    EXPECT_EQ(client.getResult()->clouds, 1U * kNumClouds);
   }
 
   /// The map of a node that had the right poses from the beginning.
@@ -312,16 +297,6 @@ TEST_P(NodeCorrections, ComeFromATopicWhileCloudsGoOn) {
   paths_.publish(pathOf(0, kNumClouds + kNumLater));
   EXPECT_TRUE(waitFor([&] { return saveMap() == expected; }));
   EXPECT_EQ(figure("clouds dropped"), 0);
-}
-
-TEST_P(NodeCorrections, AreAnActionToo) {
-  if (GetParam()) GTEST_SKIP() << "the same for the nodelet";
-  startKeeping();
-  driveAll(drifted);
-  correctByAction(pathOf(0, kNumClouds));
-  const CorrectPoses::Response again = correct(pathOf(0, kNumClouds));
-  EXPECT_TRUE(again.info.success) << again.info.message;
-  EXPECT_EQ(again.max_shift, 0.0);
 }
 
 TEST_P(NodeCorrections, AreRefusedWithAReason) {

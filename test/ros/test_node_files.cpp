@@ -7,9 +7,11 @@
 #include "cuboid_mapping/io/map_files.h"
 #include "ros/node_command.h"
 #include "ros/node_probe.h"
+#include "support/random.h"
 #include "tools/run_program.h"
 
 #include <filesystem>
+#include <future>
 
 namespace cuboid_mapping_ros::test {
 namespace {
@@ -64,6 +66,25 @@ class NodeFiles : public ::testing::TestWithParam<bool> {
   std::unique_ptr<Program> node_;
   TemporaryFolder folder_;
 };
+
+/// A map that takes some tenths of a second to save: random voxels of a full cube.
+cuboid_mapping::MapSnapshot makeBigMap(unsigned seed, int edge) {
+  cuboid_mapping::test::Random random(seed);
+  cuboid_mapping::MapSnapshot map;
+  map.resolution_m = kResolution_m;
+  for (int i = 0; i < edge * edge * edge; ++i) {
+    cuboid_mapping::BrickMask known;
+    cuboid_mapping::VoxelValues values{};
+    for (int voxel = 0; voxel < cuboid_mapping::kBrickVoxels; ++voxel) {
+      if (random.chance(0.5)) known.set(voxel);
+      values[static_cast<std::size_t>(voxel)] = static_cast<float>(random.integer(-20, 30)) / 16.0F;
+    }
+    map.bricks.push_back(
+        {{8 * (i % edge), 8 * (i / edge % edge), 8 * (i / edge / edge)}, {known, values}});
+  }
+  sortBricks(map.bricks);
+  return map;
+}
 
 /// Number of voxels in a file of a map; 0 if there is no file.
 double countVoxels(const std::string& file) {
@@ -123,18 +144,22 @@ TEST_P(NodeFiles, GoOnWithTheMapOfTheRunBefore) {
   EXPECT_EQ(folder_.list().size(), 1U);
 }
 
-TEST_P(NodeFiles, StayWhereTheyAreOfSavesBefore) {
+TEST_P(NodeFiles, AreSavedAtTheEndAlthoughALongCallRuns) {
   const std::string file = folder_ / "map.cuboids";
-  for (int run = 1; run <= 4; ++run) {
-    start({"_autosave_file:=" + file, "_map_file:=" + file, "_map_file_optional:=true",
-           "_autosave_keep:=2", "_autosave_period:=86400"});
-    setBox(run);
-    stop();
-  }
-  EXPECT_EQ(countVoxels(file), 4 * kVoxelsOfBox);
-  EXPECT_EQ(countVoxels(folder_ / "map.1.cuboids"), 3 * kVoxelsOfBox);
-  EXPECT_EQ(countVoxels(folder_ / "map.2.cuboids"), 2 * kVoxelsOfBox);
-  EXPECT_EQ(folder_.list().size(), 3U);
+  writeMapFile(file, makeBigMap(1, 24));
+  const double num_before = countVoxels(file);
+  start({"_autosave_file:=" + file, "_autosave_period:=86400"});
+  setBox(-1);
+  cuboid_mapping::SaveMap save;
+  save.request.filename = folder_ / "saved.ply";  // Written while it is made.
+  auto call = std::async(std::launch::async,
+                         [&] { return callService(std::string(kName) + "/save_map", save); });
+  EXPECT_TRUE(waitFor([&] { return std::filesystem::exists(save.request.filename + ".partial"); }));
+  stop();
+  call.get();
+  EXPECT_FALSE(std::filesystem::exists(save.request.filename)) << "the call ends with the node";
+  EXPECT_FALSE(std::filesystem::exists(save.request.filename + ".partial"));
+  EXPECT_EQ(countVoxels(file), num_before + kVoxelsOfBox);
 }
 
 TEST_P(NodeFiles, DoNotStartWithAMapOfAnotherResolution) {

@@ -142,7 +142,8 @@ TEST(ColoredMap, IsTakenWithAWarningAndWithoutEffect) {
   EXPECT_TRUE(ros::service::waitForService("/warned/octomap_full", ros::Duration(kDeadline_s)));
   node.send(SIGINT);
   const auto end = node.finish();
-  EXPECT_NE((end.out + end.err).find("colored_map has no effect"), std::string::npos) << end.err;
+  EXPECT_NE((end.out + end.err).find("colored_map: is true and is ignored"), std::string::npos)
+      << end.err;
 }
 
 /// Sends clouds until a subscriber gets a message: without latch it gets only changes, and only

@@ -3,7 +3,6 @@
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/io/map_store.h"
-#include "cuboid_mapping/ros/map/earlier_saves.h"
 #include "cuboid_mapping/ros/map/map_storage.h"
 #include "cuboid_mapping/voxels/uniform_boxes.h"
 #include "ros/random_guarded_map.h"
@@ -46,74 +45,11 @@ int findKillWindow(const WorkT& work) {
   return std::max(8000, static_cast<int>(4 * time_us.count()));
 }
 
-/// Numbers of bricks in the existing earlier saves.
-std::map<int, std::size_t> countKept(const std::string& file, int count) {
-  std::map<int, std::size_t> counts;
-  for (int number = 1; number <= count; ++number) {
-    const std::string name = earlierSave(file, number);
-    if (!std::filesystem::exists(name)) continue;
-    counts[number] = cuboid_mapping::readMapFile(name).snapshot.bricks.size();
-  }
-  return counts;
-}
-
 /// A map with this number of bricks.
 MapSnapshot makeRow(std::int32_t num_bricks) {
   MapSnapshot snapshot;
   snapshot.bricks = cuboid_mapping::toBricks({{{{0, 0, 0}, {8 * num_bricks, 1, 1}}, 1.0F}}).bricks;
   return snapshot;
-}
-
-TEST(MapStorage, keepsTheLastSaves) {
-  for (const char* name : {"map.cuboids", "map.sqlite", "map.ot"}) {
-    const TemporaryFolder folder;
-    const std::string file = folder / name;
-    for (int save = 1; save <= 6; ++save) {
-      keepEarlierSaves(file, 3);
-      writeMapFile(file, makeRow(save));
-      cuboid_mapping::replaceFile(locksFile(file), std::to_string(save));
-    }
-    EXPECT_EQ(countKept(file, 9), (std::map<int, std::size_t>{{1, 5U}, {2, 4U}, {3, 3U}})) << name;
-    EXPECT_EQ(cuboid_mapping::test::readText(locksFile(earlierSave(file, 2))), "4");
-    std::filesystem::remove(earlierSave(file, 2));
-    keepEarlierSaves(file, 3);
-    EXPECT_EQ(countKept(file, 9), (std::map<int, std::size_t>{{1, 6U}, {2, 5U}, {3, 3U}}))
-        << "a gap is filled";
-    keepEarlierSaves(file, 0);
-    EXPECT_EQ(countKept(file, 9).size(), 3U);
-  }
-}
-
-/// Kills a process that keeps and saves, at 100 moments: map and earlier saves are whole, and no save is missing among them.
-TEST(MapStorage, keepsWholeSavesWhateverKillsIt) {
-  Random random(102);
-  for (const char* name : {"map.cuboids", "map.sqlite"}) {
-    const TemporaryFolder folder;
-    const std::string file = folder / name;
-    writeMapFile(file, makeRow(1));
-    const int window_us = findKillWindow([&] {
-      keepEarlierSaves(file, 3);
-      writeMapFile(file, makeRow(2));
-    });
-    std::size_t newest = 2;
-    for (int kills = 0; kills < 50; ++kills) {
-      ASSERT_TRUE(killAfter(random.integer(0, window_us), [&] {
-        for (auto save = static_cast<std::int32_t>(newest) + 1;; ++save) {
-          keepEarlierSaves(file, 3);
-          writeMapFile(file, makeRow(save));
-        }
-      }));
-      const std::size_t found = cuboid_mapping::readMapFile(file).snapshot.bricks.size();
-      ASSERT_GE(found, newest) << name << ' ' << kills;
-      newest = found;
-      std::size_t later = newest;
-      for (const auto& [number, size] : countKept(file, 3)) {
-        ASSERT_TRUE(size == later || size + 1 == later) << name << ' ' << number;
-        later = size;
-      }
-    }
-    EXPECT_GT(newest, 2U);
-  }
 }
 
 /// A merging node continues with its store, or starts with none if it was killed while it created it.

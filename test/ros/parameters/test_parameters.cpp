@@ -114,7 +114,7 @@ TEST(Parameters, EveryBadValueGivesExactlyItsErrorAndKeepsTheDefault) {
       ++num_checked;
     }
   }
-  EXPECT_EQ(num_checked, 426U);
+  EXPECT_GT(num_checked, 3 * allCases().size());
 }
 
 TEST(Parameters, AnErrorSaysValueRangeAndWhatToDo) {
@@ -365,7 +365,7 @@ TEST(Parameters, LeftoversOfOctomapServerAreTakenWithAWarning) {
   XmlRpcValue values = leftoversOfOctomapServer();
   const LoadedParameters defaults = readParameters(values);
   EXPECT_TRUE(defaults.errors.empty());
-  EXPECT_EQ(defaults.warnings.size(), 9U);
+  EXPECT_EQ(defaults.warnings.size(), 12U) << "three of them have no effect";
 
   set(values, "sensor_model_max_range", 20.0);
   set(values, "sensor_model_hit", 0.8);
@@ -412,7 +412,8 @@ TEST(Parameters, OfOtherNodesWithinTheNameOfTheNodeDoNoHarm) {
 
 TEST(Parameters, NamesThatOnlyOctomapServerHasAreIgnored) {
   for (const char* key :
-       {"track_changes", "listen_changes", "topic_changes", "change_id_frame", "min_change_pub"}) {
+       {"track_changes", "listen_changes", "topic_changes", "change_id_frame", "min_change_pub",
+        "compress_map", "incremental_2D_projection", "max_depth", "colored_map"}) {
     const LoadedParameters loaded = readParameters(makeGroup({{key, 1}}));
     EXPECT_TRUE(loaded.errors.empty()) << key;
     EXPECT_EQ(warningOf(loaded, key).find("is 1 and is ignored: "), 0U) << key;

@@ -38,8 +38,7 @@ TEST(Reconfigure, NamesAreKeysWithoutSlashesAndAllDifferent) {
        {"pointcloud_min_z", "pointcloud_max_z", "occupancy_min_z", "occupancy_max_z",
         "filter_speckles", "filter_ground", "ground_filter_distance", "ground_filter_angle",
         "ground_filter_plane_distance", "sensor_model_max_range", "sensor_model_min_range",
-        "sensor_model_hit", "sensor_model_miss", "sensor_model_min", "sensor_model_max",
-        "compress_map", "incremental_2D_projection", "max_depth"}) {
+        "sensor_model_hit", "sensor_model_miss", "sensor_model_min", "sensor_model_max"}) {
     EXPECT_EQ(names.count(name), 1U) << name;
   }
 }
@@ -157,8 +156,6 @@ TEST(Reconfigure, ARequestWithEveryFieldOfOctomapServerCounts) {
   EXPECT_EQ(num_found, numbers.size());
   EXPECT_TRUE(loaded.parameters.octomap_server.filter_speckles);
   EXPECT_TRUE(loaded.parameters.source.filter_ground);
-  EXPECT_FALSE(loaded.parameters.octomap_server.compress_map);
-  EXPECT_TRUE(loaded.parameters.octomap_server.is_projection_incremental);
 }
 
 TEST(Reconfigure, ABadRequestChangesNothingAndSaysWhy) {

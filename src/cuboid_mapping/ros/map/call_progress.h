@@ -4,6 +4,7 @@
 #include "cuboid_mapping/map/progress_listener.h"
 #include "cuboid_mapping/ros/middleware/core_names.h"
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <stdexcept>
@@ -12,21 +13,26 @@
 
 namespace cuboid_mapping_ros {
 
-/// Thrown when the caller of a long call has cancelled it.
+/// Ends a long call when the node ends.
 class Cancelled : public std::runtime_error {
  public:
-  Cancelled() : std::runtime_error("cancelled: everything is as it was") {}
+  Cancelled() : std::runtime_error("cancelled, because the node ends: everything is as it was") {}
 };
 
-/// Reports the progress of a long call to its caller, and ends the call when the caller cancels it.
+/// Reports the progress of a long call, and can end it.
 class CallProgress {
  public:
   /// Gets a stage and the share of it that is done, 0 to 1. @throws Cancelled  to end the call.
   using Listener = std::function<void(const std::string& stage, double share)>;
 
-  /// Progress of a call that nobody watches or cancels.
+  /// Progress of a call that nobody watches or ends.
   CallProgress() = default;
   explicit CallProgress(Listener listener) : listener_(std::move(listener)) {}
+  /// Ends the call once a flag is set. @param is_stopping  Must outlive the call.
+  explicit CallProgress(const std::atomic<bool>& is_stopping)
+      : CallProgress([&is_stopping](const std::string& /*stage*/, double /*share*/) {
+          if (is_stopping) throw Cancelled();
+        }) {}
 
   /// Begins a stage. @return Listener of its steps; copies ours. @throws Cancelled, as does the result.
   [[nodiscard]] ProgressListener stage(const std::string& name) const {

@@ -32,7 +32,6 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
       edit_threads_(guard_, "edits", 4),
       asking_threads_(guard_, "asking robots",
                       static_cast<std::uint32_t>(parameters.fleet.robots.size()) + 1),
-      action_thread_(guard_, "actions"),
       publish_thread_(guard_, "publishing"),
       nh_(withQueue(nh, node_callbacks_)),
       private_nh_(withQueue(private_nh, node_callbacks_)),
@@ -59,19 +58,17 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
       mapping_thread_(guard_, "clouds") {
   beginWith(start_map);
   advertiseServices();
-  map_files_.emplace(withQueue(private_nh_, action_thread_.queue()), parameters, map_, guard_);
+  map_files_.emplace(private_nh_, parameters, map_, guard_);
   reconfigure_server_.emplace(private_nh_, parameters,
                               [this](const NodeParameters& changed) { reconfigure(changed); });
   if (parameters.keep.isOn()) {
-    corrections_.emplace(nh_, withQueue(private_nh_, action_thread_.queue()), parameters, map_,
-                         guard_, [this] { onCorrected(); });
+    corrections_.emplace(nh_, private_nh_, parameters, map_, guard_, [this] { onCorrected(); });
   }
   preparePublishing();
   subscribe();
   startDiagnostics();  // Reads what subscribe() has made.
   query_threads_.start();
   edit_threads_.start();
-  action_thread_.start();
   publish_thread_.start();
   post(mapping_thread_.queue(), this, [this] { mapClouds(); });
   mapping_thread_.start();
@@ -119,14 +116,13 @@ void MappingNode::lockAsSaved(const std::string& map_file) {
 /// Stops the threads first: no member may be destroyed while a callback uses it.
 MappingNode::~MappingNode() {
   is_stopping_ = true;
-  if (move_call_) move_call_->cancel();
   sources_.stopListening();
   if (merger_) merger_->stopAsking();
   buffer_.stop();
   mapping_thread_.stop();
   corrections_.reset();
   for (GuardedThread* thread : {&receiving_thread_, &tf_thread_, &query_threads_, &edit_threads_,
-                                &asking_threads_, &action_thread_, &publish_thread_}) {
+                                &asking_threads_, &publish_thread_}) {
     thread->stop();
   }
   tf_changes_.disconnect();

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "cuboid_mapping/MoveMap.h"
-#include "cuboid_mapping/MoveMapAction.h"
 #include "cuboid_mapping/ros/clouds/cloud_buffer.h"
 #include "cuboid_mapping/ros/clouds/moving_filter.h"
 #include "cuboid_mapping/ros/clouds/node_sources.h"
@@ -23,7 +22,6 @@
 #include "cuboid_mapping/ros/parameters/reconfigure.h"
 #include "cuboid_mapping/ros/publishers/map_publisher.h"
 #include "cuboid_mapping/ros/publishers/marker_publisher.h"
-#include "cuboid_mapping/ros/services/long_call.h"
 #include "cuboid_mapping/ros/services/map_files_service.h"
 #include "cuboid_mapping/ros/services/pose_corrections.h"
 #include "cuboid_mapping/ros/services/service_call.h"
@@ -52,8 +50,7 @@ namespace cuboid_mapping_ros {
 /// No exception leaves it: every callback comes from a GuardedQueue.
 ///
 /// Thread rule: one thread receives clouds and puts them into the CloudBuffer, another maps them one by one. tf
-/// has its own thread; queries and edits have several; publishing, goals of actions and corrected poses have
-/// one each. Diagnostics and changes of parameters come from the queue of the node handles, which must have one
+/// has its own thread; queries and edits have several; publishing and corrected poses have one each. Diagnostics and changes of parameters come from the queue of the node handles, which must have one
 /// thread (a nodelet's getNodeHandle(), or a node's ros::spin()). The threads share the map, which is guarded,
 /// and work_mutex_.
 class MappingNode {
@@ -105,11 +102,9 @@ class MappingNode {
   /// Sets parameters that were changed while the node runs; see reconfigure.h.
   void reconfigure(const NodeParameters& parameters);
   void onReset();
-  void onMoveMap(const MoveMap::Request& request, MoveMap::Response& response,
-                 const CallProgress& progress);
+  void onMoveMap(const MoveMap::Request& request, MoveMap::Response& response);
   /// @param jump  Stamp of the first poses in the new frame; 0: now.
-  [[nodiscard]] StorageAnswer moveMap(const Eigen::Isometry3d& T_new_old, const ros::Time& jump,
-                                      const CallProgress& progress);
+  [[nodiscard]] StorageAnswer moveMap(const Eigen::Isometry3d& T_new_old, const ros::Time& jump);
   void drop(std::size_t source, DropReason reason) noexcept;
   [[nodiscard]] LastCloud describeLastCloud(const CloudLedger::Page& page);
   /// Logs once that nobody publishes clouds, after kMaxSilence_s.
@@ -126,7 +121,6 @@ class MappingNode {
   GuardedThread
       edit_threads_;  ///< Several, so that ~pause does not wait for long calls of ~set_box and ~move_map.
   GuardedThread asking_threads_;  ///< Threads that wait for robots.
-  GuardedThread action_thread_;   ///< Takes goals and cancels while other threads work.
   GuardedThread publish_thread_;
   ros::NodeHandle nh_;
   ros::NodeHandle private_nh_;
@@ -172,7 +166,6 @@ class MappingNode {
   std::optional<ReconfigureServer> reconfigure_server_;
   std::optional<MapFilesService> map_files_;
   std::optional<PoseCorrections> corrections_;  ///< Only with keep_clouds.
-  std::optional<LongCall<MoveMap, MoveMapAction>> move_call_;
   std::optional<TfReceiver> tf_receiver_;
   GuardedThread mapping_thread_;
 };

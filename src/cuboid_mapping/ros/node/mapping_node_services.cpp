@@ -92,11 +92,9 @@ void MappingNode::advertiseServices() {
       }));
   servers_.push_back(offerService<Empty>(
       nh, kResetService, [this](const auto& /*request*/, auto& /*response*/) { onReset(); }));
-  move_call_.emplace(withQueue(private_nh_, action_thread_.queue()), kMoveMapService,
-                     edit_threads_.queue(),
-                     [this](const auto& request, auto& response, const CallProgress& progress) {
-                       onMoveMap(request, response, progress);
-                     });
+  servers_.push_back(offerService<MoveMap>(
+      nh, kMoveMapService,
+      [this](const auto& request, auto& response) { onMoveMap(request, response); }));
 }
 
 void MappingNode::onReset() {
@@ -119,10 +117,9 @@ void MappingNode::onCorrected() {
 }
 
 /// No cloud is processed meanwhile: clouds wait, or belong to the old frame.
-void MappingNode::onMoveMap(const MoveMap::Request& request, MoveMap::Response& response,
-                            const CallProgress& progress) {
+void MappingNode::onMoveMap(const MoveMap::Request& request, MoveMap::Response& response) {
   const std::lock_guard<FairMutex> lock(work_mutex_);
-  const StorageAnswer answer = moveMap(toIsometry(request.transform), request.stamp, progress);
+  const StorageAnswer answer = moveMap(toIsometry(request.transform), request.stamp);
   response.info = makeInfo(map_, parameters_.frame_id, answer.error);
   response.cuboids = answer.num_cuboids;
   if (answer.error.empty()) {
@@ -132,8 +129,7 @@ void MappingNode::onMoveMap(const MoveMap::Request& request, MoveMap::Response& 
   }
 }
 
-StorageAnswer MappingNode::moveMap(const Eigen::Isometry3d& T_new_old, const ros::Time& jump,
-                                   const CallProgress& progress) {
+StorageAnswer MappingNode::moveMap(const Eigen::Isometry3d& T_new_old, const ros::Time& jump) {
   StorageAnswer answer;
   const double resolution_m = map_.grid().resolution();
   const auto motion = VoxelMotion::of(T_new_old, resolution_m);
@@ -149,7 +145,7 @@ StorageAnswer MappingNode::moveMap(const Eigen::Isometry3d& T_new_old, const ros
   // Steps that may run out of memory come first.
   Forgetting forgetting = forgetting_.moved(*motion);
   VoidSpace void_space = moving_filter_.voidSpace().moved(*motion);
-  answer = moveWholeMap(map_, *motion, makeSnapshotLimits(parameters_), progress);
+  answer = moveWholeMap(map_, *motion, makeSnapshotLimits(parameters_), CallProgress(is_stopping_));
   if (!answer.error.empty()) return answer;
   forgetting_ = std::move(forgetting);
   moving_filter_.setVoidSpace(std::move(void_space));

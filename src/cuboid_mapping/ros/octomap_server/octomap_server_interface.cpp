@@ -111,9 +111,6 @@ OctomapServerInterface::OctomapServerInterface(const ros::NodeHandle& nh,
       map_(map),
       guard_(queues.topics.guard()),
       projection_(parameters.octomap_server) {
-  if (parameters_.is_colored_map) {
-    ROS_WARN_NAMED(kNodeName, "colored_map has no effect: cells have no colours in this map");
-  }
   advertiseTopics(parameters, withQueue(nh, queues.topics));
   advertiseServices(withQueue(nh, queues.services), withQueue(private_nh, queues.services));
 }

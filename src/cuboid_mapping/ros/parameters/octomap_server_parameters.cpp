@@ -49,13 +49,6 @@ std::vector<ParameterDeclaration> declareProducts() {
        "octomap_server's markers, points and projected_map."},
       {"publish_free_space", "", boolean({&P::octomap_server, &O::publish_free_space}),
        "true: free_cells_vis_array is published. free_cuboids is always published."},
-      {"incremental_2D_projection", "",
-       boolean({&P::octomap_server, &O::is_projection_incremental}),
-       "Has no effect here: projected_map is always updated incrementally."},
-      {"max_depth", "", integer({&P::octomap_server, &O::max_depth}, 1, 16),
-       "Has no effect here: cells of all sizes are shown."},
-      {"compress_map", "", boolean({&P::octomap_server, &O::compress_map}),
-       "Has no effect here: octrees are always pruned."},
   };
 }
 
@@ -78,8 +71,6 @@ std::vector<ParameterDeclaration> declareColors() {
        "true: occupied_cells_vis_array is coloured by height."},
       {"color_factor", "", number({&P::octomap_server, &O::color_factor}, 0.0, 1.0),
        "Part of the colour circle over the height of the map, with height_map."},
-      {"colored_map", "", boolean({&P::octomap_server, &O::is_colored_map}),
-       "Has no effect here: cells have no colours of their own."},
   };
 }
 
@@ -101,8 +92,15 @@ bool isOfOctomapServer(const std::string& key) {
 const std::map<std::string, std::string>& octomapServerOnly() {
   static const std::string kChanges = "changes are published on cuboid_map_updates";
   static const std::map<std::string, std::string> kNames = {
-      {"track_changes", kChanges},   {"listen_changes", kChanges}, {"topic_changes", kChanges},
-      {"change_id_frame", kChanges}, {"min_change_pub", kChanges},
+      {"track_changes", kChanges},
+      {"listen_changes", kChanges},
+      {"topic_changes", kChanges},
+      {"change_id_frame", kChanges},
+      {"min_change_pub", kChanges},
+      {"incremental_2D_projection", "projected_map is always updated incrementally"},
+      {"max_depth", "cells of all sizes are shown"},
+      {"compress_map", "octrees are always pruned"},
+      {"colored_map", "cells have no colours in this map"},
   };
   return kNames;
 }

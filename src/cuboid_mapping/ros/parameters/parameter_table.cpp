@@ -259,9 +259,6 @@ std::vector<ParameterDeclaration> declareFiles() {
        "resolution."},
       {"autosave_period", "s", number(&P::autosave_period_s, 1.0, 86400.0),
        "Time between two saves to autosave_file, or to window/file."},
-      {"autosave_keep", "", integer(&P::autosave_keep, 0, 1000),
-       "Number of earlier saves that stay beside autosave_file: map.1.cuboids is the last before "
-       "map.cuboids, map.2.cuboids the one before."},
       {"file_memory", "MB", integer(&P::file_memory_mb, 100, 1000000),
        "Memory for reading a map. A file that needs more is refused."},
   };
@@ -318,6 +315,8 @@ const std::vector<ParameterDeclaration>& parameterTable() {
 
 const std::map<std::string, std::string>& retiredParameters() {
   static const std::map<std::string, std::string> kRetired{
+      {"autosave_keep",
+       "earlier saves are for tools such as logrotate, or a copy before the start: remove it"},
       {"hot_bricks", "there is nothing to limit any more: remove it"},
       {"marker_period", "keyframe_period takes its place, for all topics that carry differences"},
       {"published_cuboids",

@@ -158,12 +158,8 @@ struct OctomapServerParameters {
   double min_x_size_m = 0.0;        ///< Minimum size of projected_map.
   double min_y_size_m = 0.0;        ///< Minimum size of projected_map.
   int max_projection_mb = 100;      ///< Maximum size of projected_map: a byte per cell.
-  bool is_projection_incremental = false;  ///< Accepted: the projection always is.
-  int max_depth = 16;                      ///< Accepted: cells of all sizes are shown.
-  bool compress_map = true;                ///< Accepted: octrees are always pruned.
-  bool is_height_map = true;               ///< Colour of occupied cells by height; else `color`.
-  double color_factor = 0.8;    ///< Share of the circle of hues over the range of heights.
-  bool is_colored_map = false;  ///< Accepted: cells have no colours.
+  bool is_height_map = true;        ///< Colour of occupied cells by height; else `color`.
+  double color_factor = 0.8;        ///< Share of the circle of hues over the range of heights.
   std::array<double, 4> color = {0.0, 0.0, 1.0, 1.0};       ///< r, g, b, a of occupied cells.
   std::array<double, 4> color_free = {0.0, 1.0, 0.0, 1.0};  ///< r, g, b, a of free cells.
 };
@@ -241,7 +237,6 @@ struct NodeParameters {
   std::string map_file;             ///< Loaded at the start; empty: none.
   std::string autosave_file;        ///< Saved to now and then; empty: none.
   double autosave_period_s = 60.0;
-  int autosave_keep = 0;           ///< Number of earlier saves beside autosave_file.
   bool map_file_optional = false;  ///< map_file may be missing.
   bool resume = true;              ///< The map starts from autosave_file if it exists.
   bool is_autosave_read = false;   ///< Read at the start: saves may replace it. No parameter.

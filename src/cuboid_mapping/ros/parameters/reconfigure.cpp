@@ -26,7 +26,7 @@ using XmlRpc::XmlRpcValue;
 constexpr char kRuntimeGroups[] =
     "sensor_model publish_rate filter_ground ground_filter occupancy_min_z occupancy_max_z "
     "min_x_size min_y_size filter_speckles publish_free_space height_map color_factor color "
-    "color_free compress_map incremental_2D_projection color_by color_period max_depth "
+    "color_free color_by color_period "
     "pointcloud_min_x pointcloud_min_y pointcloud_min_z pointcloud_max_x pointcloud_max_y "
     "pointcloud_max_z";
 
@@ -157,6 +157,7 @@ LoadedParameters applyConfig(const NodeParameters& parameters, const Config& req
   loaded.parameters.sources.clear();  // They are read again: their missing parameters may change.
   XmlRpcValue values;
   for (const auto& [name, value] : valuesOf(request)) {
+    if (octomapServerOnly().count(name) > 0) continue;
     const ParameterDeclaration* declaration = findDeclaration(name);
     if (declaration == nullptr) {
       loaded.errors.push_back({name, "is not a parameter: see ~parameter_descriptions"});

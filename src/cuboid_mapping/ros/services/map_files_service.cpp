@@ -4,7 +4,6 @@
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/io/text.h"
-#include "cuboid_mapping/ros/map/earlier_saves.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/services/service_call.h"
 
@@ -50,38 +49,34 @@ MapFilesService::MapFilesService(const ros::NodeHandle& private_nh,
       frame_id_(parameters.frame_id),
       limits_(makeSnapshotLimits(parameters)),
       autosave_file_(toAbsolute(parameters.autosave_file)),
-      num_earlier_(parameters.autosave_keep),
       is_autosave_own_(parameters.is_autosave_read),
       window_file_(parameters.window.keeps() ? toAbsolute(parameters.window.file) : ""),
       saved_(stateOf(map)),
       thread_(guard, "files") {
-  save_call_.emplace(private_nh, kSaveMapService, thread_.queue(),
-                     [this](const auto& request, auto& response, const CallProgress& progress) {
-                       onSave(request, response, progress);
-                     });
-  load_call_.emplace(private_nh, kLoadMapService, thread_.queue(),
-                     [this](const auto& request, auto& response, const CallProgress& progress) {
-                       onLoad(request, response, progress);
-                     });
+  const ros::NodeHandle nh = withQueue(private_nh, thread_.queue());
+  servers_ = {
+      offerService<SaveMap>(
+          nh, kSaveMapService,
+          [this](const auto& request, auto& response) { onSave(request, response); }),
+      offerService<LoadMap>(nh, kLoadMapService, [this](const auto& request, auto& response) {
+        onLoad(request, response);
+      })};
   if (!autosave_file_.empty()) announceAutosave();
   if (!autosave_file_.empty() || !window_file_.empty()) {
-    autosave_timer_ = startTimer(withQueue(private_nh, thread_.queue()),
-                                 parameters.autosave_period_s, [this] { autosave(); });
+    autosave_timer_ = startTimer(nh, parameters.autosave_period_s, [this] { autosave(); });
   }
   thread_.start();
 }
 
 MapFilesService::~MapFilesService() {
-  save_call_->cancel();
-  load_call_->cancel();
+  is_stopping_ = true;
   thread_.stop();
   guard_.run("autosave at the end", [this] { autosave(); });
 }
 
-void MapFilesService::onSave(const SaveMap::Request& request, SaveMap::Response& response,
-                             const CallProgress& progress) {
+void MapFilesService::onSave(const SaveMap::Request& request, SaveMap::Response& response) {
   const std::string file = toAbsolute(request.filename);
-  const StorageAnswer answer = saveMap(map_, frame_id_, file, limits_, progress);
+  const StorageAnswer answer = saveMap(map_, frame_id_, file, limits_, progress_);
   logAnswer("saved to", file, answer);
   response.info = makeInfo(map_, frame_id_, answer.error);
   if (answer.error.empty()) {
@@ -97,10 +92,9 @@ void MapFilesService::onSave(const SaveMap::Request& request, SaveMap::Response&
   response.bytes = answer.num_bytes;
 }
 
-void MapFilesService::onLoad(const LoadMap::Request& request, LoadMap::Response& response,
-                             const CallProgress& progress) {
+void MapFilesService::onLoad(const LoadMap::Request& request, LoadMap::Response& response) {
   const std::string file = toAbsolute(request.filename);
-  const StorageAnswer answer = load(file, request, progress);
+  const StorageAnswer answer = load(file, request);
   logAnswer("loaded from", file, answer);
   if (!answer.notes.empty()) ROS_WARN_STREAM_NAMED(kNodeName, file << ": " << answer.notes);
   response.info = makeInfo(map_, frame_id_, answer.error);
@@ -109,8 +103,7 @@ void MapFilesService::onLoad(const LoadMap::Request& request, LoadMap::Response&
   response.cuboids = answer.num_cuboids;
 }
 
-StorageAnswer MapFilesService::load(const std::string& file, const LoadMap::Request& request,
-                                    const CallProgress& progress) {
+StorageAnswer MapFilesService::load(const std::string& file, const LoadMap::Request& request) {
   LoadPlacement placement;
   placement.frame_id = frame_id_;
   switch (request.rule) {
@@ -127,7 +120,7 @@ StorageAnswer MapFilesService::load(const std::string& file, const LoadMap::Requ
   if (request.transform != geometry_msgs::Transform()) {
     placement.T_map_file = toIsometry(request.transform);
   }
-  return loadMap(map_, file, limits_, placement, progress);
+  return loadMap(map_, file, limits_, placement, progress_);
 }
 
 void MapFilesService::autosave() {
@@ -145,12 +138,10 @@ void MapFilesService::autosave() {
 
 std::string MapFilesService::saveToAutosaveFile() {
   chooseAutosaveFile();
-  keepEarlier();
   const StorageAnswer answer = saveMap(map_, frame_id_, autosave_file_, limits_);
   logAnswer("saved to", autosave_file_, answer);
   if (!answer.error.empty()) return answer.error;
   is_autosave_own_ = true;
-  is_earlier_kept_ = false;
   return trySaveLocks(autosave_file_);
 }
 
@@ -161,17 +152,6 @@ std::string MapFilesService::trySaveLocks(const std::string& map_file) {
   } catch (const std::exception& exception) {
     ROS_ERROR_STREAM_NAMED(kNodeName, "locked boxes not saved: " << exception.what());
     return exception.what();
-  }
-}
-
-void MapFilesService::keepEarlier() {
-  if (is_earlier_kept_) return;
-  try {
-    keepEarlierSaves(autosave_file_, num_earlier_);
-    is_earlier_kept_ = true;
-  } catch (const std::exception& exception) {  // Goes on: the newest map matters more.
-    ROS_ERROR_STREAM_NAMED(kNodeName,
-                           "cannot keep the previous save (autosave_keep): " << exception.what());
   }
 }
 

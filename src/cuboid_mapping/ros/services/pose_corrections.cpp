@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/history/kept_clouds.h"
 #include "cuboid_mapping/ros/conversions/pose_messages.h"
+#include "cuboid_mapping/ros/map/call_progress.h"
 #include "cuboid_mapping/ros/map/map_storage.h"
 #include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/names.h"
@@ -43,10 +44,9 @@ PoseCorrections::PoseCorrections(const ros::NodeHandle& nh, const ros::NodeHandl
       tolerance_m_(parameters.keep.tolerance_m),
       done_(std::move(done)),
       thread_(guard, "corrections") {
-  call_.emplace(private_nh, kCorrectPosesService, thread_.queue(),
-                [this](const auto& request, auto& response, const CallProgress& progress) {
-                  answer(request, response, progress);
-                });
+  server_ = offerService<CorrectPoses>(
+      withQueue(private_nh, thread_.queue()), kCorrectPosesService,
+      [this](const auto& request, auto& response) { answer(request, response); });
   subscriber_ = subscribeTo<nav_msgs::Path>(withQueue(nh, thread_.queue()), kCorrectedPathTopic, 1,
                                             [this](const auto& path) { onPath(*path); });
   thread_.start();
@@ -54,21 +54,20 @@ PoseCorrections::PoseCorrections(const ros::NodeHandle& nh, const ros::NodeHandl
 
 PoseCorrections::~PoseCorrections() {
   is_stopping_ = true;
-  call_->cancel();
   thread_.stop();
 }
 
-void PoseCorrections::answer(const CorrectPoses::Request& request, CorrectPoses::Response& response,
-                             const CallProgress& progress) {
+void PoseCorrections::answer(const CorrectPoses::Request& request,
+                             CorrectPoses::Response& response) {
   const CorrectionRule rule{
       request.outside_stays != 0 ? OutsidePoses::kStay : OutsidePoses::kFollow, request.tolerance,
       request.edits_move != 0};
-  correct(request.path, rule, progress, std::nullopt, response);
+  correct(request.path, rule, std::nullopt, response);
 }
 
 void PoseCorrections::onPath(const nav_msgs::Path& path) {
   CorrectPoses::Response unused;
-  correct(path, {OutsidePoses::kFollow, tolerance_m_}, {}, tolerance_m_, unused);
+  correct(path, {OutsidePoses::kFollow, tolerance_m_}, tolerance_m_, unused);
 }
 
 PoseTrack PoseCorrections::readPath(const nav_msgs::Path& path) const {
@@ -83,7 +82,7 @@ PoseTrack PoseCorrections::readPath(const nav_msgs::Path& path) const {
 }
 
 void PoseCorrections::correct(const nav_msgs::Path& path, const CorrectionRule& rule,
-                              const CallProgress& progress, std::optional<double> ignored_shift_m,
+                              std::optional<double> ignored_shift_m,
                               CorrectPoses::Response& response) {
   std::string error;
   const ros::WallTime begin = ros::WallTime::now();
@@ -93,7 +92,7 @@ void PoseCorrections::correct(const nav_msgs::Path& path, const CorrectionRule& 
         map_.history()->whole().findShift_m(poses, kShiftDistance_m) <= *ignored_shift_m) {
       return;
     }
-    correctMap(poses, rule, progress, response);
+    correctMap(poses, rule, response);
   } catch (const std::bad_alloc&) {
     error = "there is not enough memory for a second map";
   } catch (const std::exception& exception) {
@@ -114,13 +113,9 @@ void PoseCorrections::correct(const nav_msgs::Path& path, const CorrectionRule& 
 }
 
 void PoseCorrections::correctMap(const PoseTrack& poses, const CorrectionRule& rule,
-                                 const CallProgress& progress, CorrectPoses::Response& response) {
+                                 CorrectPoses::Response& response) {
   constexpr std::size_t kFew = 2;  // Clouds that keep others waiting for the map.
-  const auto told = progress.stage("mapping clouds");
-  const auto listener = [&](std::uint64_t done, std::uint64_t total) {
-    if (is_stopping_) throw Cancelled();
-    if (told) told(done, total);
-  };
+  const auto listener = CallProgress(is_stopping_).stage("mapping clouds");
   auto& history = map_.history()->whole();
   MapCorrection correction = map_.beginCorrection(poses, rule);
   while (history.catchUp(correction, listener) > kFew) {
