@@ -55,6 +55,29 @@ BrickMask markVoxels(const CellBox& box) {
   return mask;
 }
 
+TEST(BrickMask, findsNeighborsInItsBrickAndTheNextOne) {
+  test::Random random(9);
+  for (int i = 0; i < 50; ++i) {
+    BrickMask here;
+    BrickMask there;
+    for (int z = 0; z < kBrickEdge; ++z) {
+      here[z] = random.bits();
+      there[z] = random.bits();
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const int step : {-1, 1}) {
+        const BrickMask found = neighborsIn(here, there, axis, step);
+        for (int voxel = 0; voxel < kBrickVoxels; ++voxel) {
+          Cell beside = cellAt({0, 0, 0}, voxel);
+          beside[axis] += step;
+          const bool is_here = brickOf(beside) == Cell{0, 0, 0};
+          ASSERT_EQ(found.test(voxel), (is_here ? here : there).test(voxelIndex(beside)));
+        }
+      }
+    }
+  }
+}
+
 TEST(Brick, findsTheVoxelOfANumber) {
   for (const Cell brick : {Cell{0, 0, 0}, Cell{-8, -16, 800}}) {
     for (int voxel = 0; voxel < kBrickVoxels; ++voxel) {

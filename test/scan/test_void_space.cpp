@@ -67,6 +67,38 @@ TEST(VoidSpace, IsWhatOneCloudHasPassedWithAllNeighbours) {
   EXPECT_GT(num_void, 10000U);
 }
 
+/// The old form took 300, and as long as the map update.
+TEST(VoidSpace, LooksUpThreeBricksForEachOfACloud) {
+  Random random(4);
+  ScanUpdater updater(Grid(0.1));
+  test::ScanShape shape;
+  shape.num_points = 5000;
+  VoidSpace space;
+  std::size_t num_bricks = 0;
+  std::set<Cell> expected;
+  for (int cloud = 0; cloud < 5; ++cloud) {
+    const ScanUpdate& update = updater.compute(test::randomScan(random, shape));
+    space.add(update);
+    num_bricks += update.bricks.size();
+    expected.merge(findVoid(update));
+  }
+  EXPECT_GT(num_bricks, 1000U);
+  EXPECT_GT(expected.size(), 1000U);
+  EXPECT_LE(space.numLookUps(), 3 * num_bricks);
+  EXPECT_EQ(cellsOf(space), expected);
+}
+
+TEST(VoidSpace, TakesABrickThatComesTwiceAsOne) {
+  VoidSpace space;
+  ScanUpdate twice;
+  twice.bricks.push_back({{8, 0, 0}, {}, BrickMask::ofBox({{8, 0, 0}, {12, 8, 8}})});
+  twice.bricks.push_back({{0, 0, 0}, {}, BrickMask::all()});
+  twice.bricks.push_back({{8, 0, 0}, {}, BrickMask::ofBox({{12, 0, 0}, {16, 8, 8}})});
+  space.add(twice);
+  EXPECT_EQ(cellsOf(space), findVoid(twice));
+  EXPECT_EQ(cellsOf(space).size(), 14U * 6U * 6U);
+}
+
 /// Beams from (0 0 0) to a wall at x = 2 m, or to a box in front of it, at 0.1 m.
 Scan lookAtWall(double wall_m, double box_m) {
   Scan scan;

@@ -21,6 +21,9 @@ constexpr int kBrickVoxels = kBrickEdge * kBrickEdge * kBrickEdge;
   return ((cell.z & 7) << 6) | ((cell.y & 7) << 3) | (cell.x & 7);
 }
 
+/// The first voxel of each row along x, in the word of a slice.
+constexpr std::uint64_t kFirstOfEachRow = 0x0101010101010101ULL;
+
 /// A set of voxels of one brick: a 64-bit word per z slice, bit 8 * y + x.
 class BrickMask {
  public:
@@ -32,7 +35,6 @@ class BrickMask {
 
   /// The voxels of a box. @pre It is not empty, and lies in one brick.
   [[nodiscard]] static constexpr BrickMask ofBox(const CellBox& box) {
-    constexpr std::uint64_t kFirstOfEachRow = 0x0101010101010101ULL;
     const std::uint64_t row = ((1ULL << (box.max.x - box.min.x)) - 1) << (box.min.x & 7);
     const std::uint64_t rows = kFirstOfEachRow >> (8 * (8 - (box.max.y - box.min.y)));
     const std::uint64_t slice = (row * rows) << (8 * (box.min.y & 7));
@@ -136,5 +138,26 @@ class BrickMask {
  private:
   std::array<std::uint64_t, kBrickEdge> words_{};
 };
+
+/// The voxels of a brick whose neighbour along an axis is in a set.
+/// @param step  1: the next neighbour, -1: the one before. @param here, there  The set in this brick, and in the next
+///              one in that direction.
+[[nodiscard]] constexpr BrickMask neighborsIn(const BrickMask& here, const BrickMask& there,
+                                              int axis, int step) {
+  BrickMask mask;
+  for (int z = 0; z < kBrickEdge; ++z) {
+    if (axis == 0) {
+      mask[z] = step > 0
+                    ? (here[z] >> 1 & ~(kFirstOfEachRow << 7)) | (there[z] & kFirstOfEachRow) << 7
+                    : (here[z] << 1 & ~kFirstOfEachRow) | (there[z] >> 7 & kFirstOfEachRow);
+    } else if (axis == 1) {
+      mask[z] = step > 0 ? here[z] >> 8 | there[z] << 56 : here[z] << 8 | there[z] >> 56;
+    } else {
+      const int from = z + step;
+      mask[z] = from >= 0 && from < kBrickEdge ? here[from] : there[from & (kBrickEdge - 1)];
+    }
+  }
+  return mask;
+}
 
 }  // namespace cuboid_mapping

@@ -7,8 +7,6 @@
 namespace cuboid_mapping {
 namespace {
 
-constexpr std::uint64_t kEachByte = 0x0101010101010101ULL;
-
 /// Minimum cost of a kept brick, for its memory.
 constexpr std::uint64_t kKeptBrick = 8;
 /// Maximum number of bricks that a box may reach from one: more take too much memory.
@@ -21,8 +19,8 @@ constexpr std::int32_t numReached(std::int32_t edge) { return (edge + 6) / kBric
 std::uint64_t shiftRows(std::uint64_t near, std::uint64_t far, int by) {
   if (by == 0) return near;
   if (by == kBrickEdge) return far;
-  return (near >> by & kEachByte * (0xFFU >> by)) |
-         (far << (8 - by) & kEachByte * (0xFFU << (8 - by) & 0xFFU));
+  return (near >> by & kFirstOfEachRow * (0xFFU >> by)) |
+         (far << (8 - by) & kFirstOfEachRow * (0xFFU << (8 - by) & 0xFFU));
 }
 
 std::uint64_t loadWord(const std::uint8_t* bytes) {

@@ -23,22 +23,7 @@ BrickMask besideUnknown(const VoxelStore& voxels, const VoxelBrick& brick, int a
   beside[axis] += step * kBrickEdge;
   const PackedVoxels* neighbor = voxels.find(beside);
   const BrickMask there = neighbor == nullptr ? BrickMask::all() : ~neighbor->known();
-  const BrickMask here = ~brick.voxels.known();
-  constexpr std::uint64_t kFirstOfEachRow = 0x0101010101010101ULL;
-  BrickMask mask;
-  for (int z = 0; z < kBrickEdge; ++z) {
-    if (axis == 0) {
-      mask[z] = step > 0
-                    ? (here[z] >> 1 & ~(kFirstOfEachRow << 7)) | (there[z] & kFirstOfEachRow) << 7
-                    : (here[z] << 1 & ~kFirstOfEachRow) | (there[z] >> 7 & kFirstOfEachRow);
-    } else if (axis == 1) {
-      mask[z] = step > 0 ? here[z] >> 8 | there[z] << 56 : here[z] << 8 | there[z] >> 56;
-    } else {
-      const int from = z + step;
-      mask[z] = from >= 0 && from < kBrickEdge ? here[from] : there[from & (kBrickEdge - 1)];
-    }
-  }
-  return mask;
+  return neighborsIn(~brick.voxels.known(), there, axis, step);
 }
 
 BrickMask frontierOf(const VoxelStore& voxels, const VoxelBrick& brick) {

@@ -3,67 +3,70 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 namespace cuboid_mapping {
 namespace {
 
-/// A brick and the voxels around it: 10 x 10 x 10, by z and y; bit x + 1 of a row.
-using Rows = std::array<std::array<unsigned, kBrickEdge + 2>, kBrickEdge + 2>;
+/// A brick of the voxels that a cloud passes.
+struct PassedBrick {
+  Cell brick;
+  BrickMask voxels;
+  /// Numbers of the bricks before and after it on each axis; 0: there is none.
+  std::array<std::array<std::uint32_t, 2>, 3> beside{};
+};
 
-using BrickMasks = std::unordered_map<Cell, BrickMask, CellHash>;
-
-/// The eight voxels of a row, which may lie in a neighbouring brick.
-unsigned rowOf(const BrickMasks& masks, const Cell& first) {
-  const auto found = masks.find(brickOf(first));
-  if (found == masks.end()) return 0;
-  return static_cast<unsigned>(found->second[first.z & 7] >> (8 * (first.y & 7)) & 0xFF);
+/// The voxels that a cloud passes; the first item is no brick.
+std::vector<PassedBrick> passedBy(const ScanUpdate& update) {
+  std::vector<PassedBrick> passed(1);
+  passed.reserve(update.bricks.size() + 1);
+  for (const BrickUpdate& brick : update.bricks) {
+    const BrickMask voxels = (brick.misses | brick.grazes).without(brick.hits);
+    if (!voxels.isEmpty()) passed.push_back({brick.brick, voxels});
+  }
+  return passed;
 }
 
-Rows rowsAround(const BrickMasks& masks, const Cell& brick) {
-  Rows rows{};
-  for (std::size_t z = 0; z < rows.size(); ++z) {
-    for (std::size_t y = 0; y < rows.size(); ++y) {
-      const Cell first =
-          brick + Cell{0, static_cast<std::int32_t>(y) - 1, static_cast<std::int32_t>(z) - 1};
-      const unsigned before = rowOf(masks, first - Cell{kBrickEdge, 0, 0}) >> (kBrickEdge - 1);
-      const unsigned after = rowOf(masks, first + Cell{kBrickEdge, 0, 0}) & 1U;
-      rows[z][y] = before | rowOf(masks, first) << 1 | after << (kBrickEdge + 1);
-    }
+/// Removes the voxels that have a neighbour along the axis outside the set.
+void erode(std::vector<PassedBrick>& passed, int axis) {
+  const auto beside = static_cast<std::size_t>(axis);
+  std::vector<BrickMask> before(passed.size());
+  for (std::size_t i = 0; i < passed.size(); ++i) before[i] = passed[i].voxels;
+  for (std::size_t i = 1; i < passed.size(); ++i) {
+    const auto& [previous, next] = passed[i].beside[beside];
+    passed[i].voxels &= neighborsIn(before[i], before[previous], axis, -1) &
+                        neighborsIn(before[i], before[next], axis, 1);
   }
-  return rows;
-}
-
-/// Voxels of a brick that are in a set with all their neighbours.
-BrickMask findInner(const BrickMasks& masks, const Cell& brick) {
-  const Rows rows = rowsAround(masks, brick);
-  BrickMask inner;
-  for (std::size_t z = 0; z < kBrickEdge; ++z) {
-    for (std::size_t y = 0; y < kBrickEdge; ++y) {
-      unsigned all = ~0U;
-      for (std::size_t i = 0; i < 9; ++i) all &= rows[z + i / 3][y + i % 3];
-      inner[z] |= std::uint64_t{all & all >> 1 & all >> 2 & 0xFF} << (8 * y);
-    }
-  }
-  return inner;
 }
 
 }  // namespace
 
 void VoidSpace::add(const ScanUpdate& update) {
+  if (!isOrdered(update.bricks)) return add(unite(update, {}));
   ++num_clouds_;
-  BrickMasks passed;
-  passed.reserve(update.bricks.size());
-  for (const BrickUpdate& brick : update.bricks) {
-    const BrickMask mask = (brick.misses | brick.grazes).without(brick.hits);
-    if (!mask.isEmpty()) passed[brick.brick] = mask;
+  std::vector<PassedBrick> passed = passedBy(update);
+  std::unordered_map<Cell, std::uint32_t, CellHash> numbers;
+  numbers.reserve(passed.size());
+  for (std::uint32_t i = 1; i < passed.size(); ++i) numbers.emplace(passed[i].brick, i);
+  for (std::uint32_t i = 1; i < passed.size(); ++i) {
+    for (int axis = 0; axis < 3; ++axis) {
+      Cell previous = passed[i].brick;
+      previous[axis] -= kBrickEdge;
+      const auto found = numbers.find(previous);
+      ++num_look_ups_;
+      if (found == numbers.end()) continue;
+      passed[i].beside[static_cast<std::size_t>(axis)][0] = found->second;
+      passed[found->second].beside[static_cast<std::size_t>(axis)][1] = i;
+    }
   }
-  for (const auto& [brick, mask] : passed) {
-    const BrickMask inner = findInner(passed, brick);
-    if (inner.isEmpty()) continue;
-    bricks_[brick] |= inner;
-    pages_[pageOf(brick)] = num_clouds_;
+  for (int axis = 0; axis < 3; ++axis) erode(passed, axis);
+  for (const PassedBrick& brick : passed) {
+    if (brick.voxels.isEmpty()) continue;
+    bricks_[brick.brick] |= brick.voxels;
+    pages_[pageOf(brick.brick)] = num_clouds_;
   }
   touch(update);
 }

@@ -31,6 +31,9 @@ class VoidSpace {
   /// Number of bricks with void voxels.
   [[nodiscard]] std::size_t numBricks() const { return bricks_.size(); }
 
+  /// Number of bricks that add() has looked up by hash so far. For tests of its cost.
+  [[nodiscard]] std::size_t numLookUps() const { return num_look_ups_; }
+
   /// The void voxels of a brick.
   [[nodiscard]] BrickMask of(const Cell& brick) const {
     const auto found = bricks_.find(brick);
@@ -59,6 +62,7 @@ class VoidSpace {
   std::unordered_map<Cell, BrickMask, CellHash> bricks_;
   std::unordered_map<Cell, std::uint64_t, CellHash> pages_;  ///< Last cloud that touched each page.
   std::uint64_t num_clouds_ = 0;
+  std::size_t num_look_ups_ = 0;
 };
 
 }  // namespace cuboid_mapping

@@ -40,7 +40,6 @@ PackedBox takeLargestBox(BrickMask& mask, int z, int voxel) {
     // No deeper box can be larger.
     if (widest * (kBrickEdge - y) * (kBrickEdge - z) <= best_volume) break;
   }
-  constexpr std::uint64_t kFirstOfEachRow = 0x0101010101010101ULL;
   const std::uint64_t rows = kFirstOfEachRow >> (8 * (8 - best_height));
   const std::uint64_t taken = (((1ULL << best_width) - 1) * rows) << voxel;
   for (int i = z; i < z + best_depth; ++i) mask[i] &= ~taken;
