@@ -63,7 +63,7 @@ catkin_install_python(PROGRAMS python/show_map python/restore_sim_time python/ma
   python/publish_transforms examples/explore/explore.py
   DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
 install(DIRECTORY launch config rviz DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
-install(FILES nodelet_plugins.xml DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
+install(FILES nodelet_plugins.xml pcl_filter_plugins.xml DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
 
 if(CUBOID_MAPPING_TESTS)
   # Before the environment of the tests is written down: it leaves out folders that do not exist.
