@@ -6,6 +6,7 @@ usage: test_build_script.py SOURCE_DIR
 """
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -16,7 +17,7 @@ SOURCE = pathlib.Path(sys.argv[1])
 RELEASE = pathlib.Path('/etc/os-release').read_text()
 
 
-@unittest.skipUnless('VERSION_CODENAME=b' in RELEASE, 'with apt packages of ROS, so on Debian')
+@unittest.skipUnless(re.search('^VERSION_CODENAME=[bt]', RELEASE, re.MULTILINE), 'with apt packages of ROS, so on Debian')
 class BuildScript(unittest.TestCase):
     """Runs in a package of its own, with stubs for programs that inspect or change the machine."""
 
@@ -134,6 +135,19 @@ class BuildScript(unittest.TestCase):
         self.assertEqual(self.build().returncode, 0)
         self.assertEqual(self.build('--library').returncode, 0)
         self.assertFalse(library.exists())
+
+    def test_a_build_is_kept_for_the_next_call(self):
+        for python, is_kept in (('', True), ('PYTHON_EXECUTABLE /usr/bin/python3', True), ('_Python_EXECUTABLE /usr/bin/python3.13', True),
+                                ('PYTHON_EXECUTABLE /opt/python3/bin/python3', False)):
+            self.make_project('true')
+            with (self.root / 'CMakeLists.txt').open('a') as project:
+                project.write(f'set({python} CACHE FILEPATH "")\n' if python else '')
+            self.assertEqual(self.build().returncode, 0)
+            mark = self.root / 'build/mark'
+            mark.touch()
+            self.assertEqual(self.build().returncode, 0)
+            self.assertEqual(mark.exists(), is_kept, python)
+            shutil.rmtree(self.root / 'build')
 
     def test_shows_errors_in_full(self):
         self.make_project('sh -c "echo line 7: no such name >&2; exit 1"')

@@ -18,6 +18,7 @@ using test::TemporaryFolder;
 /// Allows more ranks than cores, and root, which mpirun refuses by default. Ranks that wait leave their core to others.
 void allowMpi() {
   setenv("OMPI_MCA_rmaps_base_oversubscribe", "1", 1);
+  setenv("PRTE_MCA_rmaps_default_mapping_policy", ":oversubscribe", 1);  // Of Open MPI 5.
   setenv("OMPI_MCA_mpi_yield_when_idle", "1", 1);
   setenv("OMPI_ALLOW_RUN_AS_ROOT", "1", 1);
   setenv("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1", 1);
