@@ -6,6 +6,7 @@ usage: test_plain_install.py CMAKE SOURCE_DIR
 """
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -13,6 +14,7 @@ import tempfile
 import unittest
 
 CMAKE, SOURCE = sys.argv[1], pathlib.Path(sys.argv[2])
+VERSION = re.search('<version>(.*)</version>', (SOURCE / 'package.xml').read_text()).group(1)
 # Environment without a sourced workspace.
 ENVIRONMENT = {name: value for name, value in os.environ.items()
                if not name.startswith('ROS') and name not in ('CMAKE_PREFIX_PATH', 'LD_LIBRARY_PATH', 'PYTHONPATH')}
@@ -96,6 +98,35 @@ class PlainInstallTest(unittest.TestCase):
         self.assertEqual(again.split('\n')[1], answer.split('\n')[1])
         self.assertIn('nothing.bt', run(program, self.root / 'nothing.bt').stdout)
 
+    def test_pkg_config(self):
+        environment = {**ENVIRONMENT, 'PKG_CONFIG_PATH': f'{self.prefix}/lib/pkgconfig'}
+        flags = subprocess.check_output(['pkg-config', '--cflags', '--libs', f'cuboid_mapping >= {VERSION}'], env=environment,
+                                        universal_newlines=True).split()
+        program = self.root / 'first_map_pc'
+        self.succeed('g++', '-std=c++17', SOURCE / 'examples/first_map/first_map.cpp', '-o', program, *flags,
+                     f'-Wl,-rpath,{self.prefix}/lib')
+        self.assertIn('5 m: occupied', self.succeed(program))
+
+    def test_a_project_has_the_sources_within(self):
+        """FetchContent and add_subdirectory: the project's own build type and kind of libraries stay."""
+        folder = self.root / 'fetches'
+        folder.mkdir()
+        (folder / 'CMakeLists.txt').write_text(f'''cmake_minimum_required(VERSION 3.16)
+project(fetches LANGUAGES C CXX)
+include(FetchContent)
+FetchContent_Declare(cuboid_mapping SOURCE_DIR {SOURCE})
+FetchContent_MakeAvailable(cuboid_mapping)
+add_executable(first_map {SOURCE}/examples/first_map/first_map.cpp)
+target_link_libraries(first_map cuboid_mapping::core)
+message(STATUS "type '${{CMAKE_BUILD_TYPE}}' shared '${{BUILD_SHARED_LIBS}}'")
+''')
+        absent = [f'-DCMAKE_DISABLE_FIND_PACKAGE_{name}=ON' for name in ('Boost', 'PCL', 'fcl', 'octomap')]
+        said = self.succeed(CMAKE, '-S', folder, '-B', self.root / 'fetched', '-DCUBOID_MAPPING_UNITY=WHOLE', *absent)
+        self.assertIn("type '' shared ''", said)
+        self.succeed(CMAKE, '--build', self.root / 'fetched', '--target', 'first_map')
+        self.assertIn('5 m: occupied', self.succeed(self.root / 'fetched/first_map'))
+        self.assertEqual(list((self.root / 'fetched').rglob('*.so*')), [])
+
     def test_a_catkin_package_beside_ros(self):
         if not shutil.which('catkin_make'):
             self.skipTest('a machine without catkin')
@@ -108,7 +139,7 @@ class PlainInstallTest(unittest.TestCase):
             '<depend>roscpp</depend></package>')
         (source / 'CMakeLists.txt').write_text(
             'cmake_minimum_required(VERSION 3.16)\nproject(uses_core CXX)\nfind_package(catkin REQUIRED COMPONENTS roscpp)\n'
-            'find_package(cuboid_mapping 0.1 REQUIRED COMPONENTS core)\ncatkin_package()\nadd_executable(first_map first_map.cpp)\n'
+            'find_package(cuboid_mapping ' + VERSION + ' REQUIRED COMPONENTS core)\ncatkin_package()\nadd_executable(first_map first_map.cpp)\n'
             'target_link_libraries(first_map cuboid_mapping::core ${catkin_LIBRARIES})\n')
         # The sourced workspaces without those that have this package, too.
         paths = [path for path in os.environ.get('CMAKE_PREFIX_PATH', '').split(':')
@@ -122,7 +153,7 @@ class PlainInstallTest(unittest.TestCase):
     def test_what_is_not_there_is_said(self):
         newer = self.write_project('find_package(cuboid_mapping 9.0 REQUIRED)')
         self.assertNotEqual(newer.returncode, 0)
-        self.assertIn('0.1.0', newer.stdout)
+        self.assertIn(VERSION, newer.stdout)
         missing = self.write_project('find_package(cuboid_mapping REQUIRED COMPONENTS core fcl)')
         self.assertNotEqual(missing.returncode, 0)
         self.assertIn('cuboid_mapping::fcl has not been built; there are: core;no_return;io;octomap.',
