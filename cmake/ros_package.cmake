@@ -51,7 +51,12 @@ catkin_package(
 set(cuboid_mapping_lib_dir ${CATKIN_PACKAGE_LIB_DESTINATION})
 set(cuboid_mapping_bin_dir ${CATKIN_PACKAGE_BIN_DESTINATION})
 set(cuboid_mapping_include_dir ${CATKIN_GLOBAL_INCLUDE_DESTINATION})
+# Beside the config: Debian's catkin has it elsewhere below /usr.
 set(cuboid_mapping_cmake_dir ${CATKIN_PACKAGE_SHARE_DESTINATION}/cmake)
+file(STRINGS ${catkin_EXTRAS_DIR}/catkin_package.cmake of_debian REGEX DEBIAN_CMAKE_DIR LIMIT_COUNT 1)
+if(of_debian AND CMAKE_INSTALL_PREFIX STREQUAL "/usr" AND CMAKE_LIBRARY_ARCHITECTURE)
+  set(cuboid_mapping_cmake_dir ${CATKIN_GLOBAL_LIB_DESTINATION}/cmake/${PROJECT_NAME})
+endif()
 set(cuboid_mapping_export_dir ${CATKIN_DEVEL_PREFIX}/share/${PROJECT_NAME}/cmake)
 set(CUBOID_MAPPING_TESTS ${CATKIN_ENABLE_TESTING})
 if(NOT CUBOID_MAPPING_NODE)
@@ -62,6 +67,7 @@ endif()
 catkin_install_python(PROGRAMS python/show_map python/restore_sim_time python/map_fetch python/map_view python/check_arguments
   python/publish_transforms examples/explore/explore.py
   DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
+cuboid_mapping_link_programs(map_fetch map_view)
 install(DIRECTORY launch config rviz DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
 install(FILES nodelet_plugins.xml pcl_filter_plugins.xml DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
 

@@ -61,9 +61,23 @@ function(cuboid_mapping_left_out part package)
   message(STATUS "cuboid_mapping: without ${part} (install ${package} to have it)")
 endfunction()
 
-# An installed program.
+# Lets a shell find programs that are installed where rosrun looks for them.
+function(cuboid_mapping_link_programs)
+  foreach(program IN LISTS ARGN)
+    install(CODE "
+      set(bin \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CATKIN_GLOBAL_BIN_DESTINATION}\")
+      file(MAKE_DIRECTORY \"\${bin}\")
+      execute_process(COMMAND \${CMAKE_COMMAND} -E create_symlink
+        ../${CATKIN_PACKAGE_BIN_DESTINATION}/${program} \"\${bin}/${program}\")")
+  endforeach()
+endfunction()
+
+# Installed programs that a user types.
 function(cuboid_mapping_install_programs)
   install(TARGETS ${ARGN} RUNTIME DESTINATION ${cuboid_mapping_bin_dir})
+  if(CUBOID_MAPPING_ROS)
+    cuboid_mapping_link_programs(${ARGN})
+  endif()
 endfunction()
 
 # Programs that few need: built with CUBOID_MAPPING_ALL, by tests that run them, or by name.
@@ -87,6 +101,13 @@ function(cuboid_mapping_install_config)
     configure_file(${PROJECT_SOURCE_DIR}/cmake/plain_config.cmake.in ${config}.cmake @ONLY)
     write_basic_package_version_file(${config}-version.cmake COMPATIBILITY SameMinorVersion)
     list(APPEND files ${config}.cmake ${config}-version.cmake)
+    set(cuboid_mapping_pc_libraries "-lcuboid_mapping_no_return -lcuboid_mapping_core")
+    if(TARGET cuboid_mapping_io)
+      string(PREPEND cuboid_mapping_pc_libraries "-lcuboid_mapping_io ")
+      set(cuboid_mapping_pc_needs "libzstd zlib sqlite3")
+    endif()
+    configure_file(${PROJECT_SOURCE_DIR}/cmake/plain_package.pc.in ${PROJECT_BINARY_DIR}/cuboid_mapping.pc @ONLY)
+    install(FILES ${PROJECT_BINARY_DIR}/cuboid_mapping.pc DESTINATION ${cuboid_mapping_lib_dir}/pkgconfig)
   endif()
   install(FILES ${files} DESTINATION ${cuboid_mapping_cmake_dir})
 

@@ -216,6 +216,7 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/map/guarded_map.cpp
   cuboid_mapping/ros/map/kept_history.cpp
   cuboid_mapping/ros/map/map_storage.cpp
+  cuboid_mapping/ros/map/point_cloud_loader.cpp
   cuboid_mapping/ros/middleware/tf_lookup.cpp
   cuboid_mapping/ros/middleware/tf_receiver.cpp
   cuboid_mapping/ros/node/mapping_node.cpp
@@ -258,8 +259,16 @@ if(TARGET cuboid_mapping_octomap_msgs)
 endif()
 target_link_libraries(cuboid_mapping_ros
   PUBLIC cuboid_mapping::client cuboid_mapping::io ${catkin_LIBRARIES}
-  PRIVATE cuboid_mapping::no_return cuboid_mapping::scans PNG::PNG ${PCL_LIBRARIES} ${urdf_LIBRARIES} ${geometric_shapes_LIBRARIES}
-    nlohmann_json::nlohmann_json)
+  PRIVATE cuboid_mapping::no_return PNG::PNG ${PCL_COMMON_LIBRARIES} ${PCL_SAMPLE_CONSENSUS_LIBRARIES} ${urdf_LIBRARIES}
+    ${geometric_shapes_LIBRARIES} nlohmann_json::nlohmann_json ${CMAKE_DL_LIBS})
+if(BUILD_SHARED_LIBS)
+  # Loaded when it is needed, from where the others are.
+  add_dependencies(cuboid_mapping_ros cuboid_mapping_scans)
+  target_compile_definitions(cuboid_mapping_ros PRIVATE
+    CUBOID_MAPPING_SCANS_LIBRARY="$<TARGET_SONAME_FILE_NAME:cuboid_mapping_scans>")
+else()
+  target_link_libraries(cuboid_mapping_ros PRIVATE cuboid_mapping::scans)
+endif()
 
 # The nodelet, and the node that runs it.
 add_library(cuboid_mapping_nodelet cuboid_mapping/ros/node/nodelet_plugin.cpp)
@@ -268,6 +277,8 @@ target_link_libraries(cuboid_mapping_nodelet PUBLIC cuboid_mapping_ros)
 add_executable(cuboid_mapping_node cuboid_mapping/ros/node/mapping_node_main.cpp)
 cuboid_mapping_configure(cuboid_mapping_node)
 target_link_libraries(cuboid_mapping_node PRIVATE cuboid_mapping_nodelet)
+set_target_properties(cuboid_mapping_ros cuboid_mapping_nodelet PROPERTIES
+  VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
 install(TARGETS cuboid_mapping_ros cuboid_mapping_nodelet cuboid_mapping_node
   ARCHIVE DESTINATION ${cuboid_mapping_lib_dir}
   LIBRARY DESTINATION ${cuboid_mapping_lib_dir}

@@ -124,4 +124,5 @@ add_executable(print_parameters tools/print_parameters.cpp)
 cuboid_mapping_configure(print_parameters)
 target_link_libraries(print_parameters PRIVATE cuboid_mapping_ros cuboid_mapping_command_line)
 
-cuboid_mapping_install_programs(bag_to_map example_planner print_parameters scans_to_bag simulated_lidar)
+cuboid_mapping_install_programs(bag_to_map scans_to_bag)
+install(TARGETS example_planner print_parameters simulated_lidar RUNTIME DESTINATION ${cuboid_mapping_bin_dir})

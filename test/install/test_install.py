@@ -8,6 +8,8 @@ import os
 import pathlib
 import re
 import shutil
+import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -81,7 +83,30 @@ class InstallSpaceTest(unittest.TestCase):
                 self.assertTrue(found, f'{launch.name} names {name}')
         plugins = (self.share / 'nodelet_plugins.xml').read_text()
         library = re.search(r'<library path="([^"]+)"', plugins).group(1)
-        self.assertTrue((self.space / f'{library}.so').is_file(), library)
+        self.assertTrue((self.space / 'lib' / f'{library}.so').is_file(), library)
+
+    def test_a_shell_finds_the_programs_that_a_user_types(self):
+        for name in ('bag_to_map', 'map_convert', 'map_fetch', 'map_info', 'map_render'):
+            self.assertTrue(os.access(self.space / 'bin' / name, os.X_OK), name)
+        self.assertIn('Usage', run(self.space / 'bin/map_info', '--help', env=self.environment))
+
+    def test_the_nodelet_is_loaded(self):
+        with socket.socket() as free:
+            free.bind(('', 0))
+            port = free.getsockname()[1]
+        paths = [path for path in os.environ.get('CMAKE_PREFIX_PATH', '').split(':') if path and pathlib.Path(path) != DEVEL]
+        environment = {**self.environment, 'ROS_MASTER_URI': f'http://localhost:{port}', 'ROS_PACKAGE_PATH': str(self.space / 'share'),
+                       'CMAKE_PREFIX_PATH': ':'.join([str(self.space), *paths]), 'ROS_LOG_DIR': str(self.root / 'logs')}
+        launch = subprocess.Popen(
+            ['timeout', '-s', 'INT', '60', 'roslaunch', '-p', str(port), self.share / 'launch/mapping.launch', 'nodelet:=true'],
+            env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True)
+        said = ''
+        for line in launch.stdout:
+            said += line
+            if 'resolution: 0.1' in line:  # It has started.
+                launch.send_signal(signal.SIGINT)
+        launch.wait()
+        self.assertIn('resolution: 0.1', said)
 
     def test_python_finds_the_client_the_messages_and_the_module(self):
         (packages,) = self.space.glob(f'lib/python3*/*-packages/{PACKAGE}_client')
@@ -128,22 +153,25 @@ class InstallSpaceTest(unittest.TestCase):
         self.assertNotIn('octo', needed)
 
     def test_a_machine_that_only_calls_services(self):
-        """Without the node's dependencies; with static libraries, whose dependencies users must find."""
+        """Without the node's dependencies, in a workspace; with static libraries, whose dependencies users must find."""
         absent = [f'-DCMAKE_DISABLE_FIND_PACKAGE_{name}=ON'
                   for name in ('PCL', 'octomap', 'PNG', 'Boost', 'nodelet', 'yaml-cpp')]
-        build, space = self.root / 'services', self.root / 'services_space'
-        output = run(CMAKE, '-S', SOURCE, '-B', build, '-DCUBOID_MAPPING_NODE=OFF', '-DBUILD_SHARED_LIBS=OFF',
-                     '-DCUBOID_MAPPING_PYTHON=OFF', *QUICKLY, f'-DCMAKE_INSTALL_PREFIX={space}',
-                     f'-DPYTHON_EXECUTABLE={sys.executable}', *absent,
-                     env={**os.environ, 'ROS_LANG_DISABLE': 'genlisp:geneus:gennodejs'})  # As scripts/build.
+        workspace, space = self.root / 'workspace', self.root / 'services_space'
+        (workspace / 'src').mkdir(parents=True)
+        (workspace / 'src' / PACKAGE).symlink_to(SOURCE)
+        (workspace / 'src/follow_map').symlink_to(SOURCE / 'examples/follow_map')
+        paths = [path for path in os.environ.get('CMAKE_PREFIX_PATH', '').split(':') if path and pathlib.Path(path) != DEVEL]
+        environment = {**self.environment, 'CMAKE_PREFIX_PATH': ':'.join(paths),
+                       'ROS_LANG_DISABLE': 'genlisp:geneus:gennodejs'}  # As scripts/build.
+        output = run('catkin_make_isolated', '--install', '--install-space', space, '--cmake-args', '-DCUBOID_MAPPING_NODE=OFF',
+                     '-DBUILD_SHARED_LIBS=OFF', '-DCUBOID_MAPPING_PYTHON=OFF', '-DCATKIN_ENABLE_TESTING=OFF', *QUICKLY,
+                     f'-DPYTHON_EXECUTABLE={sys.executable}', *absent, cwd=workspace, env=environment)
         self.assertIn('cuboid_mapping: libraries core no_return io client', output)
-        run(CMAKE, '--build', build, '--', f'-j{os.cpu_count()}')
-        run(CMAKE, '--install', build)
         self.assertEqual(list(space.glob('lib/*.so')), [])
         self.assertTrue((space / 'include' / PACKAGE / 'QueryBox.h').is_file())
         self.assertTrue(list(space.glob(f'lib/python3*/*-packages/{PACKAGE}/srv/_QueryBox.py')))
 
-        needed = run('ldd', self.build(SOURCE / 'examples/follow_map', *absent, space=space), env=self.environment)
+        needed = run('ldd', workspace / 'devel_isolated/follow_map/lib/follow_map/follow_map', env=self.environment)
         self.assertIn('libroscpp', needed)
         for foreign in (PACKAGE, 'pcl', 'octo', 'png'):
             self.assertNotIn(foreign, needed)

@@ -5,19 +5,9 @@
 #include "cuboid_mapping/io/pcd_file.h"
 #include "cuboid_mapping/voxels/uniform_boxes.h"
 
-#include <algorithm>
-#include <cctype>
-#include <filesystem>
 #include <stdexcept>
 
 namespace cuboid_mapping {
-
-bool isPointCloudFile(const std::string& file) {
-  std::string ending = std::filesystem::path(file).extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return ending == ".pcd";
-}
 
 MapSnapshot readPointCloudMap(const std::string& file, double resolution_m,
                               const SensorModelConfig& model) {
@@ -34,6 +24,11 @@ MapSnapshot readPointCloudMap(const std::string& file, double resolution_m,
   snapshot.sensor_model = model;
   snapshot.bricks = toBricks(boxes).bricks;
   return snapshot;
+}
+
+void cuboid_mapping_read_point_cloud_map(const std::string& file, double resolution_m,
+                                         const SensorModelConfig& model, MapSnapshot& snapshot) {
+  snapshot = readPointCloudMap(file, resolution_m, model);
 }
 
 }  // namespace cuboid_mapping

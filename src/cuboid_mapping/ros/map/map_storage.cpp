@@ -8,6 +8,7 @@
 #include "cuboid_mapping/io/point_cloud_map.h"
 #include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/map/cuboid_search.h"
+#include "cuboid_mapping/ros/map/point_cloud_loader.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 
 #include <cmath>
@@ -58,7 +59,7 @@ auto readWithin(const WorkT& work) {
 MapFile readFileWithin(const std::string& file, double resolution_m, const SensorModelConfig& model,
                        const SnapshotLimits& limits) {
   if (isPointCloudFile(file)) {
-    return {MapFormat::kPcd, readPointCloudMap(file, resolution_m, model),
+    return {MapFormat::kPcd, loadPointCloudMap(file, resolution_m, model),
             std::filesystem::file_size(file)};
   }
   return readWithin([&] { return readMapFile(file, model, limits); });
