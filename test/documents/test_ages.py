@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Figures come from commits in the history, and the pages say which, and what has changed since."""
+"""Figures come from reports of commits in the history, and a table says which."""
 import pathlib
 import re
 import subprocess
@@ -28,14 +28,6 @@ class SourcesTest(unittest.TestCase):
 
     def setUp(self):
         self.rows = figure_ages.read_table()
-
-    def test_sources_exist(self):
-        for row in self.rows:
-            for name, paths in row.sources.items():
-                self.assertTrue(paths, f'{row.page.name}: {name}')
-                for path in paths:
-                    self.assertTrue((ROOT / path).exists(), f'{row.page.name}: {path}')
-                    self.assertIn(path.split('/')[0], figure_ages.SOURCES)
 
     def test_each_kept_report_belongs_to_figures(self):
         used = {file for row in self.rows for file in row.reports}
@@ -133,20 +125,11 @@ class HistoryTest(unittest.TestCase):
                 self.assertIsNotNone(figure_ages.date_of(word), f'{page.name}: {word}')
         self.assertGreater(num_commits, 30)
 
-    def test_the_pages_say_what_has_changed_since(self):
+    def test_the_table_says_at_which_commits_figures_were_measured(self):
         rows = figure_ages.read_table()
-        for page in {row.page: None for row in rows}:
-            marks = figure_ages.MARKS.search(page.read_text())
-            self.assertIsNotNone(marks, f'{page.name} has no ages')
-            self.assertEqual(marks[0], f'{marks[1]}{figure_ages.ages_of(page, rows)}{marks[2]}',
-                             f'{page.name}: run scripts/figure_ages.py')
-
-    def test_figures_have_reports_no_older_than_what_they_measure_or_a_reason(self):
-        for row in figure_ages.read_table():
-            titles, changed = f"{row.page.name}: {', '.join(row.titles)}", row.changed_sources()
-            if not row.excuse:
-                self.assertTrue(row.reports, f'{titles}: keep a report (scripts/keep), or say in doc/tables/sources.md why there is none')
-                self.assertFalse(changed, f'{titles}: measure anew, or say in doc/tables/sources.md why they may be older')
+        self.assertGreater(len(rows), 40)
+        text = figure_ages.TABLE.read_text()
+        self.assertEqual(text, figure_ages.with_ages(text, rows), 'run scripts/figure_ages.py')
 
     def test_each_row_of_reliability_has_its_commit_and_date(self):
         text = (DOC / 'reliability.md').read_text()
