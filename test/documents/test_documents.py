@@ -11,7 +11,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 PAGES = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *sorted((ROOT / 'doc').rglob('*.md'))]
 # Programs in documents are parts of files that other tests build and run.
 PROGRAMS = [path.read_text() for path in sorted((ROOT / 'examples').rglob('*')) if path.is_file()]
-GUIDES = ('install', 'method', 'plan', 'poses')  # Pages for users, beside README.
+GUIDES = ('install', 'method', 'octomap_server', 'plan', 'poses', 'python', 'troubleshooting', 'window')  # Pages for users, beside README.
 # First words of command lines that do not belong to this package.
 OTHERS = {'.', 'catkin_make', 'cd', 'cmake', 'ctest', 'pip', 'rosdep', 'rostopic', 'sudo', 'wget'}
 
