@@ -63,6 +63,11 @@ cuboid_mapping_add_part(core
   cuboid_mapping/scan/beam_marks.cpp
   cuboid_mapping/scan/beam_samples.cpp
   cuboid_mapping/scan/brick_update.cpp
+  cuboid_mapping/scan/cloud_columns.cpp
+  cuboid_mapping/scan/cloud_faces.cpp
+  cuboid_mapping/scan/column_walk.cpp
+  cuboid_mapping/scan/dense_beams.cpp
+  cuboid_mapping/scan/face_beams.cpp
   cuboid_mapping/scan/ray_batch.cpp
   cuboid_mapping/scan/ray_walk.cpp
   cuboid_mapping/scan/scan.cpp
@@ -85,6 +90,10 @@ if(NOT CUBOID_MAPPING_UNITY STREQUAL WHOLE)
   list(FILTER alone INCLUDE REGEX "/(scan|voxels)/")
   set_source_files_properties(${alone} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 endif()
+
+# Square roots of what is never negative, in loops that become vectors.
+set_source_files_properties(cuboid_mapping/scan/cloud_faces.cpp PROPERTIES
+  COMPILE_OPTIONS "-fno-math-errno;-fno-trapping-math")
 
 # Where beams without a return went, as sensors lay out their clouds: knows no map.
 cuboid_mapping_add_part(no_return

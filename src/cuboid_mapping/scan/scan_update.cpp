@@ -2,6 +2,8 @@
 #include "cuboid_mapping/scan/scan_update.h"
 
 #include "cuboid_mapping/parallel/parallel_for.h"
+#include "cuboid_mapping/scan/brick_cursor.h"
+#include "cuboid_mapping/scan/dense_beams.h"
 #include "cuboid_mapping/scan/morton.h"
 #include "cuboid_mapping/scan/slab_walk.h"
 
@@ -20,6 +22,8 @@ constexpr std::int32_t kReach = MortonOrder::kAlignment / 2;
 /// Distance within which sensors have beams.
 constexpr std::int32_t kSensorReach = kReach - (kMaxBeamVoxels + 1);
 constexpr std::size_t kPartsPerThread = 16;
+/// Clouds of fewer beams are nowhere dense enough for columns to pay.
+constexpr std::size_t kMinDenseBeams = 4096;
 /// Prefetch distance, in bricks.
 constexpr std::size_t kBricksAhead = 8;
 
@@ -48,53 +52,16 @@ Cell toBrick(BrickKey key, const Cell& base) {
                      static_cast<std::int32_t>(key >> (2 * kBrickKeyBits) & kMask) * kBrickEdge};
 }
 
-/// Walks through the bricks and marks the misses. Copied by value into the walk.
-class BrickCursor {
- public:
-  BrickCursor(const Ray& ray, const Cell& base, BeamMarks& beam_marks) : beam_marks_(&beam_marks) {
-    const Cell local_end = ray.end - base;
-    end_key_ = toBrickKey(local_end);
-    end_voxel_ = voxelIndex(local_end);
-    for (int axis = 0; axis < 3; ++axis) {
-      const int step = ray.step[axis];
-      voxel_step_[axis] = step * (1 << (3 * axis));
-      axis_mask_[axis] = 7 << (3 * axis);
-      last_voxel_[axis] = step > 0 ? axis_mask_[axis] : 0;
-      key_step_[axis] = static_cast<BrickKey>(static_cast<std::int64_t>(step))
-                        << (kBrickKeyBits * axis);
-    }
-    const Cell local_start = ray.start - base;
-    key_ = toBrickKey(local_start);
-    voxel_ = voxelIndex(local_start);
-    marks_ = &beam_marks_->findOrAdd(key_);
-  }
-
-  void mark() { marks_->misses[0].set(voxel_); }
-
-  void advance(int axis) {
-    if ((voxel_ & axis_mask_[axis]) != last_voxel_[axis]) {
-      voxel_ += voxel_step_[axis];
-    } else {
-      voxel_ ^= axis_mask_[axis];
-      key_ += key_step_[axis];
-      marks_ = &beam_marks_->findOrAdd(key_);
+/// Whether the origin is so near a border that ColumnWalk leaves many beams to walkRay().
+bool isOnBorder(const RayOrigin& origin) {
+  const double margin_m = acrossMargin(0.0) * origin.grid().resolution();
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const bool is_up : {false, true}) {
+      if (std::abs(origin.toBorder(axis, is_up)) < margin_m) return true;
     }
   }
-
-  [[nodiscard]] bool isAtEnd() const { return voxel_ == end_voxel_ && key_ == end_key_; }
-
- private:
-  BeamMarks* beam_marks_;
-  BrickMarks* marks_;
-  BrickKey key_;
-  BrickKey end_key_;
-  int voxel_;
-  int end_voxel_;
-  int voxel_step_[3];
-  int axis_mask_[3];
-  int last_voxel_[3];
-  BrickKey key_step_[3];
-};
+  return false;
+}
 
 /// Whether walkRay() is faster than the set-up of markSlabs() for one beam.
 bool isShort(const Ray& ray) {
@@ -288,8 +255,8 @@ void ScanUpdater::addFreePoints(const RayOrigin& ray_origin,
   }
 }
 
-void ScanUpdater::addScan(const Scan& scan, std::size_t part, std::size_t num_parts,
-                          Share& share) const {
+void ScanUpdater::addScan(const Scan& scan, bool by_columns, std::size_t part,
+                          std::size_t num_parts, Share& share) const {
   const BeamSource source{scan, RayOrigin(grid_, scan.anchor_map, scan.origin)};
   const RayOrigin& ray_origin = source.ray_origin;
   const std::size_t num_points =
@@ -304,12 +271,32 @@ void ScanUpdater::addScan(const Scan& scan, std::size_t part, std::size_t num_pa
     const std::size_t last = ends.size() * (part + 1) / num_parts;
     addBeams(source, ends.data() + first, last - first, are_returns, share);
   };
-  add_part(scan.points, true);
-  add_part(scan.no_returns, false);
+  if (!by_columns) {
+    add_part(scan.points, true);
+    add_part(scan.no_returns, false);
+  }
   const std::size_t num_open = scan.open_ends.size();
   for (std::size_t i = num_open * part / num_parts; i < num_open * (part + 1) / num_parts; ++i) {
     addOpenBeam(source, scan.open_ends[i], share);
   }
+}
+
+void ScanUpdater::Share::clear() {
+  marks.clear();
+  grazes.clear();
+  num_points = 0;
+  num_out_of_range = 0;
+  num_too_far = 0;
+}
+
+bool ScanUpdater::usesColumns(const Scan& scan) const {
+  if (column_use_ == ColumnUse::kNever || ranges_.end_margin_m > 0.0) return false;
+  const RayOrigin origin(grid_, scan.anchor_map, scan.origin);
+  if (!origin.cell() || !isWithinSensorReach(*origin.cell(), first_origin_)) return false;
+  if (column_use_ == ColumnUse::kAlways) return true;
+  if (scan.points.size() + scan.no_returns.size() < kMinDenseBeams || isOnBorder(origin))
+    return false;
+  return areDense(scan, origin, ranges_.max_range_m);
 }
 
 const ScanUpdate& ScanUpdater::compute(const Scan* first, std::size_t count) {
@@ -324,19 +311,21 @@ const ScanUpdate& ScanUpdater::compute(const Scan* first, std::size_t count) {
     if (ray_origin.cell()) first_origin_ = *ray_origin.cell();
   }
   base_ = baseOf(first_origin_);
+  num_column_slabs_ = 0;
+  for (Share& share : shares_) share.clear();
+  std::vector<char> by_columns(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    by_columns[i] = usesColumns(first[i]) ? 1 : 0;
+    if (by_columns[i] != 0) addByColumns(first[i]);
+  }
   // Parts are small because in a cloud ordered by rings the beams of one half are several times as long.
   const std::size_t num_parts = kPartsPerThread * shares_.size();
   std::atomic<std::size_t> next_part{0};
   parallelFor(shares_.size(), numThreads(), [&](std::size_t i) {
     Share& share = shares_[i];
-    share.marks.clear();
-    share.grazes.clear();
-    share.num_points = 0;
-    share.num_out_of_range = 0;
-    share.num_too_far = 0;
     for (std::size_t part = next_part++; part < num_parts; part = next_part++) {
       for (std::size_t scan = 0; scan < count; ++scan) {
-        addScan(first[scan], part, num_parts, share);
+        addScan(first[scan], by_columns[scan] != 0, part, num_parts, share);
       }
     }
     sortMarks(share);

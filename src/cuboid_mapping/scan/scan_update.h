@@ -5,6 +5,7 @@
 #include "cuboid_mapping/scan/beam_marks.h"
 #include "cuboid_mapping/scan/beam_samples.h"
 #include "cuboid_mapping/scan/brick_update.h"
+#include "cuboid_mapping/scan/cloud_faces.h"
 #include "cuboid_mapping/scan/ray_batch.h"
 #include "cuboid_mapping/scan/ray_walk.h"
 #include "cuboid_mapping/scan/scan.h"
@@ -23,6 +24,13 @@ namespace cuboid_mapping {
 void keepMarks(ScanUpdate& update);
 void keepClears(ScanUpdate& update);
 ///@}
+
+/// When ColumnWalk takes the part of a cloud where beams are dense. The update is the same.
+enum class ColumnUse {
+  kWhereCheaper,
+  kNever,   ///< For tests and measurements.
+  kAlways,  ///< For tests.
+};
 
 /// Computes the voxels that a cloud observes, see ScanUpdate. Pure: does not read the map.
 ///
@@ -51,6 +59,10 @@ class ScanUpdater {
   /// Swaps the last update with another object, whose memory is reused.
   void swapUpdate(ScanUpdate& update) { std::swap(update_, update); }
 
+  void setColumnUse(ColumnUse use) { column_use_ = use; }
+  /// Slabs that ColumnWalk took in the last update, of all faces: 0 if all beams were walked one by one.
+  [[nodiscard]] std::size_t numColumnSlabs() const { return num_column_slabs_; }
+
  private:
   /// One thread's masks of a brick, and its place along the Morton curve.
   struct PlacedMarks {
@@ -65,15 +77,24 @@ class ScanUpdater {
     BeamMarks marks;
     BeamMarks grazes;                ///< Marks without hits; empty without an end margin.
     std::vector<PlacedMarks> order;  ///< Order of all its bricks.
+    CloudFaces::Parts faces;         ///< Beams of the current scan that ColumnWalk may take.
     std::size_t num_points = 0;
     std::size_t num_out_of_range = 0;
     std::size_t num_too_far = 0;
+
+    void clear();
   };
 
   /// Common data of the beams of a scan.
   struct BeamSource {
     const Scan& scan;
     RayOrigin ray_origin;
+
+    /// @param index  In the returns, then the no-returns.
+    [[nodiscard]] const Eigen::Vector3f& endOf(std::size_t index) const {
+      const std::size_t num_points = scan.points.size();
+      return index < num_points ? scan.points[index] : scan.no_returns[index - num_points];
+    }
   };
 
   void markBeam(const Ray& ray, bool is_hit, BeamMarks& marks) const;
@@ -95,8 +116,20 @@ class ScanUpdater {
                Share& share) const;
   void addBeams(const BeamSource& source, const Eigen::Vector3f* ends, std::size_t count,
                 bool are_returns, Share& share) const;
-  /// Adds part `part` of `num_parts` of a scan.
-  void addScan(const Scan& scan, std::size_t part, std::size_t num_parts, Share& share) const;
+  [[nodiscard]] bool usesColumns(const Scan& scan) const;
+  /// Adds the returns and no-returns of a scan.
+  void addByColumns(const Scan& scan);
+  void sortIntoFaces(const BeamSource& source, const CloudFaces& faces);
+  void walkColumns(const BeamSource& source, const CloudFaces& faces);
+  void walkBehindColumns(const BeamSource& source);
+  void addRest(const BeamSource& source, const Eigen::Vector3f* ends, int count, int num_slabs,
+               Share& share) const;
+  /// Calls add(i, share) for each i in [0, count), on all threads.
+  template <typename AddT>
+  void forEachPart(std::size_t count, AddT add);
+  /// Adds part `part` of `num_parts` of a scan. @param by_columns  Whether addByColumns() adds the rest of it.
+  void addScan(const Scan& scan, bool by_columns, std::size_t part, std::size_t num_parts,
+               Share& share) const;
   void addOpenBeam(const BeamSource& source, const Eigen::Vector3f& end, Share& share) const;
   void addFreePoints(const RayOrigin& ray_origin, const std::vector<Eigen::Vector3f>& points,
                      BeamMarks& marks) const;
@@ -112,6 +145,9 @@ class ScanUpdater {
   Cell base_;          ///< Cell from which the keys of its bricks count.
   std::vector<Share> shares_;
   BeamSampling sampling_;
+  std::array<FaceBeams, kNumFaces> face_beams_;
+  ColumnUse column_use_ = ColumnUse::kWhereCheaper;
+  std::size_t num_column_slabs_ = 0;
   std::uint64_t num_scans_ = 0;
   ScanUpdate update_;
 };

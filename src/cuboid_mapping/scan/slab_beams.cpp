@@ -95,6 +95,7 @@ Longs setUp(const RayBatch& rays, const Cell& base, int first, SlabBeams& beams)
   store(is_z ? Longs{} + 2 : is_y & 1, &beams.along[first]);
   store(along.num_borders, &beams.num_slabs[first]);
   store(along.from(is_backward) & 7, &beams.slabs[first]);
+  store(is_backward, &beams.backward[first]);
   store(x.from(is_backward) >> 3 | y.from(is_backward) >> 3 << kBrickKeyBits |
             z.from(is_backward) >> 3 << (2 * kBrickKeyBits),
         &beams.keys[first]);

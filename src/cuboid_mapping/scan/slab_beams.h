@@ -35,6 +35,7 @@ struct SlabBeams {
   alignas(32) std::int64_t along[RayBatch::kSize];  ///< The longest axis.
   alignas(32) std::int64_t keys[RayBatch::kSize];   ///< Number of the brick where the walk begins.
   alignas(32) std::int64_t slabs[RayBatch::kSize];  ///< Slab of that brick where the walk begins.
+  alignas(32) std::int64_t backward[RayBatch::kSize];  ///< Not 0 if the walk begins at the end.
   AcrossAxes row;
   AcrossAxes word;
 };

@@ -4,6 +4,8 @@
 #include "cuboid_mapping/scan/lanes.h"
 #include "cuboid_mapping/scan/slab_beams.h"
 
+#include <algorithm>
+
 namespace cuboid_mapping {
 
 #ifdef CUBOID_MAPPING_HAS_LANES
@@ -66,6 +68,21 @@ struct WideAxis {
   /// Voxel where the beam leaves the brick's last slab, or ends.
   [[nodiscard]] int leaves(bool is_last_brick) const {
     return is_last_brick ? last : static_cast<int>((phase + 7 * slope) >> kPhaseBits);
+  }
+  /// Whether rounding may decide in which brick the beam is after some bricks.
+  [[nodiscard]] bool isUnsureAfter(int num_bricks) const {
+    const std::int64_t fraction =
+        (phase + (8 * num_bricks - 1) * slope) & ((1LL << kPhaseBits) - 1);
+    return fraction < kUnsure || fraction > (1LL << kPhaseBits) - kUnsure;
+  }
+  /// Leaves out bricks from the one where the walk begins. @return Change of the brick's number.
+  BrickKey skip(int num_bricks) {
+    const auto left = static_cast<int>((phase + (8 * num_bricks - 1) * slope) >> kPhaseBits);
+    const int bricks = left >> 3;
+    phase += 8 * num_bricks * slope - (std::int64_t{8 * bricks} << kPhaseBits);
+    last -= 8 * bricks;
+    first = left & 7;
+    return key_step * static_cast<BrickKey>(bricks);
   }
   /// @param left  Voxel where the beam leaves the brick. @return Change of the brick's number.
   BrickKey advance(int left) {
@@ -181,7 +198,8 @@ void markPlaces(const SlabPlaces& places, std::int32_t next, BrickMask& slabs) {
   store(load<Masks>(&slabs[4]) | high, &slabs[4]);
 }
 
-bool walkBricks(const SlabBeams& beams, std::size_t beam, BeamMarks& marks) {
+/// @param num_done  As for markSlabs().
+bool walkBricks(const SlabBeams& beams, std::size_t beam, BeamMarks& marks, int num_done) {
   const auto along = static_cast<std::size_t>(beams.along[beam]);
   const std::size_t mask = 2 - along;  // See BrickMarks::misses.
   int first = static_cast<int>(beams.slabs[beam]);
@@ -191,7 +209,21 @@ bool walkBricks(const SlabBeams& beams, std::size_t beam, BeamMarks& marks) {
       Lanes{} + static_cast<std::int32_t>(beams.row.mirrors[beam] | beams.word.mirrors[beam] << 3);
   auto key = static_cast<BrickKey>(beams.keys[beam]);
   bool is_end = true;
-  for (int last = first + static_cast<int>(beams.num_slabs[beam]);; last -= 8) {
+  int last = first + static_cast<int>(beams.num_slabs[beam]);
+  // A step off a border may have taken a slab, and the longest of equal axes may be another one.
+  const int num_sure = std::max(num_done - 2, 0);
+  const bool is_backward = beams.backward[beam] != 0;
+  const int num_skipped = is_backward ? 0 : std::min(first + num_sure, last) >> 3;
+  if (num_skipped > 0) {
+    if (row.isUnsureAfter(num_skipped) || word.isUnsureAfter(num_skipped)) return false;
+    key += keyUp(along) * static_cast<BrickKey>(num_skipped) + row.skip(num_skipped) +
+           word.skip(num_skipped);
+    last -= 8 * num_skipped;
+    first = 0;
+    is_end = false;
+  }
+  for (;; last -= 8) {
+    if (is_backward && last < num_sure) return true;
     const bool is_last_brick = last < 8;
     is_end |= is_last_brick;
     SlabPlaces places;
@@ -254,7 +286,7 @@ bool stepOffBorders(RayBatch& rays, std::size_t ray, const Cell& base, BeamMarks
 
 }  // namespace
 
-std::uint32_t markSlabs(RayBatch& rays, const Cell& base, BeamMarks& marks) {
+std::uint32_t markSlabs(RayBatch& rays, const Cell& base, BeamMarks& marks, int num_done) {
   std::uint32_t left = rays.taken;
   for (int first = 0; first < rays.count; first += 4) {
     std::uint32_t bits = toBits(mayBeOnBorder(rays, first)) << first & rays.taken;
@@ -268,7 +300,7 @@ std::uint32_t markSlabs(RayBatch& rays, const Cell& base, BeamMarks& marks) {
   std::uint32_t marked = 0;
   for (std::uint32_t bits = set_up & left; bits != 0; bits &= bits - 1) {
     const auto beam = static_cast<std::size_t>(__builtin_ctz(bits));
-    if (walkBricks(beams, beam, marks)) marked |= 1U << beam;
+    if (walkBricks(beams, beam, marks, num_done)) marked |= 1U << beam;
   }
   return marked;
 }
@@ -277,7 +309,7 @@ CUBOID_MAPPING_END_LANES
 
 #else
 
-std::uint32_t markSlabs(RayBatch&, const Cell&, BeamMarks&) { return 0; }
+std::uint32_t markSlabs(RayBatch&, const Cell&, BeamMarks&, int) { return 0; }
 
 #endif
 

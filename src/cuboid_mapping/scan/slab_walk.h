@@ -22,9 +22,11 @@ namespace cuboid_mapping {
 ///
 /// @param rays  Rays to walk; afterwards they start after those steps.
 /// @param base  Base of the brick numbers; starts and ends minus it are in [0, 2^24).
+/// @param num_done  Slabs from the origin's on that are marked already. The bricks that they fill are left out.
 /// @return Beams with all voxels marked. Others may have some, all of them passed by the beam.
 /// @pre hasLanes().
 /// @complexity O(bricks passed).
-[[nodiscard]] std::uint32_t markSlabs(RayBatch& rays, const Cell& base, BeamMarks& marks);
+[[nodiscard]] std::uint32_t markSlabs(RayBatch& rays, const Cell& base, BeamMarks& marks,
+                                      int num_done = 0);
 
 }  // namespace cuboid_mapping
