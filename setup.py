@@ -4,6 +4,13 @@ from distutils.core import setup
 
 from catkin_pkg.python_setup import generate_distutils_setup
 
+try:
+    from setuptools.dist import Distribution
+    parse = Distribution.parse_config_files
+    # Without pyproject.toml, whose name is that of the other package.
+    Distribution.parse_config_files = lambda self, filenames=None, *more, **options: parse(self, filenames or [], *more, **options)
+except ImportError:
+    pass  # distutils alone does not read it.
+
 setup(**generate_distutils_setup(
-    packages=['cuboid_mapping_client'], package_dir={'': 'python'},
-    src_root='python'))  # Where setuptools looks for a pyproject.toml: not here.
+    packages=['cuboid_mapping_client'], package_dir={'': 'python'}))
