@@ -28,12 +28,6 @@ MapContent contentOf(const CuboidMap& map) {
           map.lockedBoxes(),   map.voxels().numFreeVoxels(), map.voxels().numOccupiedVoxels()};
 }
 
-/// Expectation about a map's cuboids.
-enum class Cuboids {
-  kSame,
-  kGrowing,  ///< They cover the same voxels, and may have stopped growing when memory failed.
-};
-
 /// Violation in a map; empty: none.
 std::string findViolation(const CuboidMap& map) {
   const std::vector<std::string> violations = checkMap(map);
@@ -42,13 +36,12 @@ std::string findViolation(const CuboidMap& map) {
 }
 
 /// Difference of a map from another; empty: none.
-std::string compare(const CuboidMap& map, const MapContent& expected,
-                    Cuboids cuboids = Cuboids::kSame) {
+std::string compare(const CuboidMap& map, const MapContent& expected) {
   const std::string violation = findViolation(map);
   if (!violation.empty()) return violation;
   const MapContent content = contentOf(map);
   if (content.voxels != expected.voxels) return "other voxels";
-  if (cuboids == Cuboids::kSame && content.cuboids != expected.cuboids) return "other cuboids";
+  if (content.cuboids != expected.cuboids) return "other cuboids";
   if (content.revision != expected.revision) return "other revision";
   if (content.locked != expected.locked) return "other locks";
   if (content.num_free != expected.num_free) return "other number of free voxels";
@@ -94,22 +87,19 @@ class MapTrial {
     prepare_(map);
     ChangeSet changes;
     const bool has_thrown = act([&] { changes = work_(map); });
-    // Growth stopped by lack of memory continues with later clouds, and gives other cuboids.
-    const bool has_stopped = !has_thrown && changes.is_everything && !expected.is_everything;
-    const Cuboids now = has_stopped ? Cuboids::kGrowing : Cuboids::kSame;
-    std::string wrong = compare(map, has_thrown ? before : after, now);
+    std::string wrong = compare(map, has_thrown ? before : after);
     if (!wrong.empty()) return (has_thrown ? "after the exception " : "afterwards ") + wrong;
     if (has_thrown) {
       changes = work_(map);
-      wrong = compare(map, after, now);
+      wrong = compare(map, after);
       if (!wrong.empty()) return "when done again " + wrong;
     }
-    const bool is_told = has_stopped || (changes.is_everything == expected.is_everything &&
-                                         changes.bricks.size() == expected.bricks.size());
+    const bool is_told = changes.is_everything == expected.is_everything &&
+                         changes.bricks.size() == expected.bricks.size();
     if (!is_told || changes.revision != expected.revision) return "other changes are told";
     goOn(plain);
     goOn(map);
-    wrong = compare(map, contentOf(plain), has_stopped ? Cuboids::kGrowing : Cuboids::kSame);
+    wrong = compare(map, contentOf(plain));
     return wrong.empty() ? wrong : "some clouds later " + wrong;
   }
 

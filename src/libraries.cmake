@@ -6,12 +6,13 @@ cuboid_mapping_add_part(core
   cuboid_mapping/boxes/free_boxes.cpp
   cuboid_mapping/boxes/joined_cuboids.cpp
   cuboid_mapping/fusion/brick_division.cpp
-  cuboid_mapping/fusion/class_fusion.cpp
+  cuboid_mapping/fusion/cuboid_cuts.cpp
+  cuboid_mapping/fusion/cuboid_tree.cpp
   cuboid_mapping/fusion/fusion_kind.cpp
-  cuboid_mapping/fusion/growth_cells.cpp
+  cuboid_mapping/fusion/grower.cpp
+  cuboid_mapping/fusion/growing_bricks.cpp
   cuboid_mapping/fusion/growth_fusion.cpp
   cuboid_mapping/fusion/search_directions.cpp
-  cuboid_mapping/fusion/settling_cells.cpp
   cuboid_mapping/geometry/grid.cpp
   cuboid_mapping/geometry/voxel_motion.cpp
   cuboid_mapping/io/brick_codec.cpp

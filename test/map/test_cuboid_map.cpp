@@ -2,6 +2,7 @@
 #include "cuboid_mapping/map/cuboid_map.h"
 
 #include "cuboid_mapping/fusion/cuboid_tree.h"
+#include "cuboid_mapping/map/cuboid_search.h"
 #include "cuboid_mapping/scan/scan_update.h"
 #include "support/following_copy.h"
 #include "support/modelled_map.h"
@@ -383,6 +384,25 @@ TEST(CuboidMapCanonical, isTheSameWhateverTheOrderOfTheClouds) {
     num_cuboids += expected.size();
   }
   EXPECT_GT(num_cuboids, 20 * kCases);
+}
+
+TEST(CuboidMapCanonical, isTheSameWhateverTheOrderOfTheBricksOfACloud) {
+  for (const FusionKind fusion : {FusionKind::kClass, FusionKind::kGrowth}) {
+    MapConfig config;
+    config.fusion = fusion;
+    CuboidMap map(config);
+    CuboidMap shuffled(config);
+    Random random(33);
+    for (int i = 0; i < 60; ++i) {
+      ScanUpdate update = test::randomUpdate(random, {{-2, -2, -2}, {2, 2, 2}}, 40);
+      for (int again = 0; again < 4; ++again) map.apply(update);  // Until voxels are stable.
+      random.shuffle(update.bricks);
+      for (int again = 0; again < 4; ++again) shuffled.apply(update);
+      ASSERT_EQ(test::allCuboids(shuffled), test::allCuboids(map)) << test::seedNote(i);
+    }
+    EXPECT_GT(map.voxels().numFreeVoxels() + map.voxels().numOccupiedVoxels(),
+              static_cast<double>(countCuboids(map).total()));
+  }
 }
 
 TEST(CuboidMapCanonical, isTheSameWhenACloudIsDividedByBricks) {

@@ -46,18 +46,23 @@ TEST(LockedBoxes, areLeftOutOfUpdates) {
   const CellBox box{{-5, 3, 2}, {4, 11, 9}};
   locked.add(box);
   std::size_t num_locked = 0;
-  for (std::size_t i = 0; i < 50; ++i) {
+  std::size_t num_far = 0;
+  for (std::size_t i = 0; i < 100; ++i) {
+    const std::int32_t x = i % 2 == 0 ? 0 : 3;
     std::vector<BrickUpdate> updates =
-        test::randomUpdate(random, {{-1, -1, -1}, {2, 2, 2}}, 4).bricks;
+        test::randomUpdate(random, {{x - 1, -1, -1}, {x + 2, 2, 2}}, 4).bricks;
     for (BrickUpdate& update : updates) update.grazes = ~(update.hits | update.misses);
     const std::vector<BrickUpdate> rests = locked.without(updates);
     ASSERT_EQ(rests.size(), updates.size());
+    const bool is_near = locked.mayMeet(updates);
+    num_far += is_near ? 0 : 1;
     for (std::size_t b = 0; b < updates.size(); ++b) {
       const BrickUpdate& update = updates[b];
       const BrickUpdate& rest = rests[b];
       EXPECT_EQ(rest.brick, update.brick);
       test::visitCells(brickBox(update.brick), [&](const Cell& cell) {
         const bool is_free = !box.contains(cell);
+        ASSERT_TRUE(is_free || is_near);
         ASSERT_EQ(test::isInMask(rest.hits, cell), is_free && test::isInMask(update.hits, cell));
         ASSERT_EQ(test::isInMask(rest.misses, cell),
                   is_free && test::isInMask(update.misses, cell));
@@ -68,6 +73,8 @@ TEST(LockedBoxes, areLeftOutOfUpdates) {
     }
   }
   EXPECT_GT(num_locked, 1000U);
+  EXPECT_GT(num_far, 0U);
+  EXPECT_FALSE(locked.mayMeet({}));
 }
 
 TEST(LockedBoxes, areAllLookedAtForEachBrick) {

@@ -3,8 +3,8 @@
 #pragma once
 
 #include "cuboid_mapping/fusion/growth_fusion.h"
-#include "cuboid_mapping/rtree/traversal.h"
 #include "cuboid_mapping/voxels/brick_store.h"
+#include "cuboid_mapping/voxels/change_set.h"
 #include "support/cuboid_set.h"
 
 #include <map>
@@ -12,11 +12,10 @@
 
 namespace cuboid_mapping::test {
 
-/// A grid with given cells, and their R-tree.
+/// A grid with given cells, and their fused cuboids.
 class GrowthScene {
  public:
-  explicit GrowthScene(const GrowthConfig& config = {}, const RTreeConfig& rtree = {4, 2})
-      : growth_(config, rtree, model_) {}
+  explicit GrowthScene(const GrowthConfig& config = {}) : growth_(config, model_) {}
 
   [[nodiscard]] const SensorModel& model() const { return model_; }
   [[nodiscard]] float stableFree() const { return model_.min(); }
@@ -27,37 +26,30 @@ class GrowthScene {
   void set(const CellBox& box, float log_odds) { paint(box, {BrickMask::all(), log_odds}); }
   void forget(const CellBox& box) { paint(box, {}); }
 
-  /// Writes painted cells to the tree, as one cloud.
+  /// Sets the painted cells, as one cloud.
   void write() { (void)fuse({}); }
 
   /// Calls write(), and grows the cells of these voxels. @return All cuboids, sorted.
   std::vector<Cuboid> fuse(const std::vector<Cell>& starters) {
-    ScanUpdate update;
-    update.samples = starters;
     VoxelStore::PendingChange change = takePainted();
-    const CellWrites writes = write(change, false);
-    growth_.grow(voxels_, update, writes, changes_);
-    return allCuboids(tree());
+    return commit(change, growth_.prepareCloud(voxels_, change, {}, starters));
   }
 
-  /// Writes painted cells to the tree, as an edit.
+  /// Sets the painted cells, as an edit.
   std::vector<Cuboid> edit() {
     VoxelStore::PendingChange change = takePainted();
-    (void)write(change, true);
-    return allCuboids(tree());
+    return commit(change, growth_.prepareEdit(voxels_, change));
   }
 
   std::vector<Cuboid> setSensorModel(const SensorModelConfig& config) {
     model_ = SensorModel(config);
-    const CellWrites writes = growth_.prepare(voxels_, model_);
-    note(writes);
-    growth_.commit(writes);
+    VoxelStore::PendingChange change;
+    const auto cuboids = commit(change, growth_.prepareModel(voxels_, model_));
     growth_.setSensorModel(model_);
-    return allCuboids(tree());
+    return cuboids;
   }
 
   [[nodiscard]] const GrowthFusion& growth() const { return growth_; }
-  [[nodiscard]] const RTree& tree() const { return growth_.tree(); }
   [[nodiscard]] const VoxelStore& voxels() const { return voxels_; }
   /// Changes of the last cloud or edit.
   [[nodiscard]] const ChangeSet& changes() const { return changes_; }
@@ -81,21 +73,34 @@ class GrowthScene {
     return voxels_.prepareReplace({{-1000, -1000, -1000}, {1000, 1000, 1000}}, bricks, {});
   }
 
-  CellWrites write(VoxelStore::PendingChange& change, bool is_edit) {
-    CellWrites writes = growth_.prepare(change, is_edit);
+  std::vector<Cuboid> commit(VoxelStore::PendingChange& change, GrowthChange grown) {
     voxels_.reserve(change);
-    voxels_.commit(change, [](const auto& /*brick*/) {});
-    growth_.commit(writes);
-    note(writes);
-    return writes;
+    growth_.reserve(grown);
+    changes_ = {};
+    voxels_.commit(change, [&](const VoxelStore::PendingBrick& brick) {
+      changes_.bricks.push_back({brick.brick, brick.is_reclassified});
+    });
+    growth_.commit(grown);
+    for (const Cell& brick : grown.with_new_cuboids) changes_.bricks.push_back({brick, true});
+    return cuboids();
   }
 
-  void note(const CellWrites& writes) {
-    changes_ = {};
-    for (const auto& brick : writes.bricks) {
-      changes_.bricks.push_back({brick.brick, brick.is_reclassified});
-    }
-    for (const CellBox& box : writes.split) changes_.addCuboidsIn(box);
+  /// Fused cuboids by their first brick, and all other voxels; sorted.
+  [[nodiscard]] std::vector<Cuboid> cuboids() const {
+    std::vector<Cuboid> all;
+    voxels_.forEach([&](const VoxelBrick& brick) {
+      BrickMask single = brick.voxels.known();
+      if (const GrownBrick* grown = growth_.bricks().find(brick.brick)) {
+        single = single.without(grown->fused);
+        for (const Cuboid& cuboid : grown->cuboids) {
+          if (brickOf(cuboid.box.min) == brick.brick) all.push_back(cuboid);
+        }
+      }
+      forEachCell(brick.brick, single, [&](const Cell& cell) {
+        all.push_back({CellBox::ofCell(cell), voxels_.at(cell)});
+      });
+    });
+    return sorted(std::move(all));
   }
 
   SensorModel model_;

@@ -2,7 +2,7 @@
 #include "support/map_invariants.h"
 
 #include "cuboid_mapping/fusion/brick_division.h"
-#include "cuboid_mapping/fusion/growth_fusion.h"
+#include "cuboid_mapping/fusion/cuboid_tree.h"
 #include "cuboid_mapping/map/cuboid_search.h"
 #include "cuboid_mapping/rtree/traversal.h"
 #include "cuboid_mapping/voxels/brick_store.h"
@@ -28,9 +28,11 @@ class MapChecker {
   std::vector<std::string> check() {
     const CuboidTree& tree = map_.cuboids();
     add(checkNodes(tree.inner(), [&](NodeIndex leaf) { return summaryOf(leaf); }));
-    expect(numLeaves() == tree.numLeafNodes(voxels_), "leaf nodes are lost", numLeaves());
-    if (const auto* grown = dynamic_cast<const GrowthFusion*>(&tree)) add(checkTree(grown->tree()));
+    expect(numLeaves() == voxels_.size(), "leaf nodes are lost", numLeaves());
     checkStore();
+    if (tree.grown() != nullptr) {
+      tree.grown()->forEach([&](const GrownBrick& brick) { checkGrown(brick, *tree.grown()); });
+    }
     visitAll(map_, CuboidFilter::kAll, [&](const Cuboid& cuboid) {
       cover(cuboid);
       return Visit::kContinue;
@@ -93,9 +95,6 @@ class MapChecker {
 
   /// Expected branch of an inner node for a leaf node.
   [[nodiscard]] Branch summaryOf(NodeIndex leaf) const {
-    if (const auto* grown = dynamic_cast<const GrowthFusion*>(&map_.cuboids())) {
-      return grown->tree().leaf(leaf).summary();
-    }
     const Brick& brick = voxels_.bricks().item(leaf);
     return {boundsOf(brick), brick.voxels.isAnyOccupied(), leaf};
   }
@@ -134,6 +133,30 @@ class MapChecker {
       seen |= of_value;
     });
     expect(seen == voxels.known(), "known voxels are not those with log-odds", brick.brick);
+  }
+
+  void checkGrown(const GrownBrick& brick, const GrownBricks& all) {
+    expect(!brick.isEmpty(), "grown brick without content", brick.brick);
+    BrickMask fused;
+    for (const Cuboid& cuboid : brick.cuboids) {
+      expect(cuboid.box.numVoxels() > 1.0, "single cell among fused cuboids", cuboid.box);
+      const CellBox part = intersect(cuboid.box, brickBox(brick.brick));
+      expect(!part.isEmpty(), "cuboid in a brick that it does not meet", cuboid.box);
+      if (part.isEmpty()) continue;
+      fused |= BrickMask::ofBox(part);
+      forEachBrick(cuboid.box, [&](const Cell& other) {
+        const GrownBrick* found = all.find(other);
+        const bool is_listed = found != nullptr && std::count(found->cuboids.begin(),
+                                                              found->cuboids.end(), cuboid) == 1;
+        expect(is_listed, "cuboid is not once in each of its bricks", cuboid.box);
+      });
+    }
+    expect(fused == brick.fused, "fused voxels are not those of the cuboids", brick.brick);
+    BrickMask held;
+    for (const HeldVoxel& voxel : brick.held) {
+      expect(!held.test(voxel.voxel), "voxel waits twice", brick.brick);
+      held.set(voxel.voxel);
+    }
   }
 
   void cover(const Cuboid& cuboid) {

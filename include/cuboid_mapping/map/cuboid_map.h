@@ -50,17 +50,16 @@ struct MapConfig {
 constexpr CellBox kAllCells{{-Grid::kMaxCell, -Grid::kMaxCell, -Grid::kMaxCell},
                             {Grid::kMaxCell, Grid::kMaxCell, Grid::kMaxCell}};
 
-class ClassFusion;
 class CuboidTree;
 class GrowthFusion;
+struct GrowthChange;
 class LockedBoxes;
 
 /// The map: the exact log-odds of all known voxels, and disjoint cuboids of one class in an R-tree
 /// (paper, Section IV). Every change of a map goes through this class.
 ///
-/// Readers see current voxels and cuboids; cuboid_search.h reads the cuboids. With FusionKind::kClass and kNone
-/// the cuboids are a function of the classes of the voxels alone, and the leaf nodes of the R-tree are the
-/// bricks.
+/// Readers see current voxels and cuboids; cuboid_search.h reads the cuboids. The leaf nodes of the R-tree are the
+/// bricks. With FusionKind::kClass and kNone the cuboids are a function of the classes of the voxels alone.
 ///
 /// A change that throws std::bad_alloc has not been made: voxels, cuboids, locks and revision are as before.
 ///
@@ -85,15 +84,31 @@ class CuboidMap {
   /// @pre Thresholds and environment of `model` are those of sensorModel().
   ChangeSet apply(const ScanUpdate& update, const SensorModel& model);
 
+  /// A change that is computed, and not made yet. Once made, it holds what it has replaced; its destructor frees the
+  /// memory.
+  struct PendingChange {
+    /// An empty change.
+    PendingChange();
+    /// A change can be made once.
+    ///@{
+    PendingChange(PendingChange&& other) noexcept;
+    PendingChange& operator=(PendingChange&& other) noexcept;
+    ///@}
+    ~PendingChange();
+
+    VoxelStore::PendingChange voxels;  ///< Change of the voxels.
+    std::unique_ptr<GrowthChange>
+        growth;  ///< Change of the fused cuboids, with FusionKind::kGrowth.
+  };
+
   /// The two halves of apply(), so that other threads can read as long as possible.
   /// @pre Nothing changes the map between them.
   ///@{
-  /// Computes the new voxels, which is most of the work. Changes nothing: const functions may run beside it.
-  /// @throws std::bad_alloc
-  [[nodiscard]] VoxelStore::PendingChange prepare(const ScanUpdate& update,
-                                                  const SensorModel& model) const;
-  /// Makes the change. @param update  The update given to prepare(). @throws std::bad_alloc
-  ChangeSet commit(const ScanUpdate& update, VoxelStore::PendingChange& change);
+  /// Computes the new voxels and cuboids, which is most of the work. Changes nothing: const functions may run beside
+  /// it. @throws std::bad_alloc
+  [[nodiscard]] PendingChange prepare(const ScanUpdate& update, const SensorModel& model) const;
+  /// Makes the change. @throws std::bad_alloc  Nothing has changed then.
+  ChangeSet commit(PendingChange& change);
   ///@}
 
   /// Replaces everything inside a box by voxels, exactly: for edits, loading, and copies of another map. Locked
@@ -136,7 +151,7 @@ class CuboidMap {
 
   /// Sets the sensor model for later clouds. Log-odds stay as they are, also beyond new clamping thresholds,
   /// until a cloud updates them. With FusionKind::kGrowth, voxels that are no longer stable become single
-  /// cells, in O(n).
+  /// cells, in O(bricks with fused cuboids).
   /// @throws std::invalid_argument  as the constructor; nothing has changed then.
   ChangeSet setSensorModel(const SensorModelConfig& sensor_model);
 
@@ -149,12 +164,12 @@ class CuboidMap {
   [[nodiscard]] const Grid& grid() const { return grid_; }
   /// Sensor model of the next cloud.
   [[nodiscard]] const SensorModel& sensorModel() const { return sensor_model_; }
-  /// Revision. Rises with each call that changes a voxel, and with exchange() and clear().
+  /// Revision. Rises with each call that changes a voxel or a cuboid, and with exchange() and clear().
   [[nodiscard]] std::uint64_t revision() const { return revision_; }
   /// The known voxels, always current.
   [[nodiscard]] const VoxelStore& voxels() const { return voxels_; }
   /// The R-tree with all cuboids; to be read through cuboid_search.h.
-  [[nodiscard]] const CuboidTree& cuboids() const;
+  [[nodiscard]] const CuboidTree& cuboids() const { return *cuboids_; }
   /// Box around all known voxels (MBR of the R-tree's root); nothing when none is known.
   /// @complexity O(M).
   [[nodiscard]] std::optional<CellBox> bounds() const;
@@ -163,15 +178,15 @@ class CuboidMap {
 
  private:
   [[nodiscard]] VoxelStore::Work work() const;
-  ChangeSet commit(VoxelStore::PendingChange& change, const ScanUpdate* cloud);
+  ChangeSet edit(VoxelStore::PendingChange voxels);
   ChangeSet finish(bool is_changed, ChangeSet changes);
 
   MapConfig config_;
   Grid grid_;
   SensorModel sensor_model_;
   VoxelStore voxels_;
-  std::unique_ptr<ClassFusion> by_class_;  ///< Fusion with kClass and kNone.
-  std::unique_ptr<GrowthFusion> growth_;   ///< Fusion with kGrowth.
+  std::unique_ptr<GrowthFusion> growth_;  ///< Null unless the fusion is kGrowth.
+  std::unique_ptr<CuboidTree> cuboids_;
   std::unique_ptr<LockedBoxes> locked_;
   std::uint64_t revision_ = 0;
 };

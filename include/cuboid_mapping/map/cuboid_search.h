@@ -45,7 +45,7 @@ struct CuboidCounts {
 /// Size of the R-tree of a map.
 struct TreeSize {
   int height = 0;               ///< Levels, leaf nodes included; 0 for an empty map.
-  std::size_t leaf_nodes = 0;   ///< Bricks, or with FusionKind::kGrowth nodes of d to M cuboids.
+  std::size_t leaf_nodes = 0;   ///< Bricks with a known voxel.
   std::size_t inner_nodes = 0;  ///< Nodes above them.
   std::size_t num_bytes = 0;    ///< Size of the nodes, without bricks.
 };

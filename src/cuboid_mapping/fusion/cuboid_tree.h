@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "cuboid_mapping/fusion/grown_bricks.h"
 #include "cuboid_mapping/geometry/function_ref.h"
 #include "cuboid_mapping/occupancy/cuboid_filter.h"
 #include "cuboid_mapping/rtree/inner_tree.h"
@@ -18,29 +19,51 @@ using CuboidVisitor = FunctionRef<Visit(const Cuboid&)>;
 using DistanceVisitor = FunctionRef<Visit(const Cuboid&, double)>;
 ///@}
 
-/// The R-tree with the cuboids of a map, for readers. `voxels` are always those of the map that has the tree.
-/// Const functions may run side by side, not beside a change.
+/// Source of the cuboids of a brick.
+enum class CuboidSource : unsigned char {
+  kDivision,  ///< The brick's voxels, divided by class; a reader divides stale ones.
+  kVoxels,    ///< Each voxel is a cuboid.
+  kGrown,     ///< Fused cuboids of GrownBricks, and all other voxels as single cells.
+};
+
+/// The R-tree of a map: its leaf nodes are the bricks, each with the tight MBR of its known voxels. Leaf branches are
+/// the cuboids of the brick; a grown cuboid is one of each brick that it shares a voxel with.
+///
+/// `voxels` are always those of the map that has the tree. Const functions may run side by side, not beside a
+/// change.
 class CuboidTree {
  public:
-  CuboidTree() = default;
-  CuboidTree(const CuboidTree&) = delete;
-  CuboidTree& operator=(const CuboidTree&) = delete;
-  virtual ~CuboidTree() = default;
+  /// @param grown  Bricks of kGrown, null for the others; must outlive the tree.
+  CuboidTree(const RTreeConfig& rtree, CuboidSource source, const GrownBricks* grown)
+      : inner_(rtree), source_(source), grown_(grown) {}
 
-  /// See cuboid_search.h.
+  /// Reserves memory for a change. @param voxels  Have memory reserved for the change.
+  /// @throws std::bad_alloc  Nothing has changed then.
+  void reserve(const VoxelStore& voxels, const VoxelStore::PendingChange& change);
+  /// Follows the committed change of a brick. @pre Memory is reserved.
+  void follow(const VoxelStore::PendingBrick& brick) noexcept;
+  /// Frees reserved memory that is not needed.
+  void trim() noexcept { inner_.trim(); }
+
+  /// See cuboid_search.h. Each cuboid is visited once.
   ///@{
-  virtual void visitBox(const VoxelStore& voxels, const CellBox& window, CuboidFilter filter,
-                        CuboidVisitor visit) const = 0;
-  virtual void visitNearest(const VoxelStore& voxels, const Eigen::Vector3d& point,
-                            double max_distance, CuboidFilter filter,
-                            DistanceVisitor visit) const = 0;
+  void visitBox(const VoxelStore& voxels, const CellBox& window, CuboidFilter filter,
+                CuboidVisitor visit) const;
+  void visitNearest(const VoxelStore& voxels, const Eigen::Vector3d& point, double max_distance,
+                    CuboidFilter filter, DistanceVisitor visit) const;
   ///@}
   /// The nodes above the leaf nodes.
-  [[nodiscard]] virtual const InnerTree& inner() const = 0;
-  /// Number of leaf nodes.
-  [[nodiscard]] virtual std::size_t numLeafNodes(const VoxelStore& voxels) const = 0;
-  /// Bytes held from the allocator, without the bricks.
-  [[nodiscard]] virtual std::size_t numBytes() const = 0;
+  [[nodiscard]] const InnerTree& inner() const { return inner_; }
+  /// The grown cuboids by brick; null unless the source is kGrown.
+  [[nodiscard]] const GrownBricks* grown() const { return grown_; }
+
+ private:
+  template <typename VisitT>
+  Visit visitBrick(const Brick& brick, CuboidFilter filter, VisitT visit) const;
+
+  InnerTree inner_;
+  CuboidSource source_;
+  const GrownBricks* grown_;
 };
 
 }  // namespace cuboid_mapping

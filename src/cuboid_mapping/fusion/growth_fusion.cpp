@@ -1,139 +1,140 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/fusion/growth_fusion.h"
 
-#include "cuboid_mapping/fusion/search_directions.h"
-#include "cuboid_mapping/rtree/traversal.h"
+#include "cuboid_mapping/fusion/brick_division.h"
+#include "cuboid_mapping/fusion/cuboid_cuts.h"
+#include "cuboid_mapping/fusion/grower.h"
+#include "cuboid_mapping/voxels/brick_store.h"
 
 #include <algorithm>
-#include <cassert>
-#include <new>
-#include <optional>
-#include <random>
 #include <utility>
 
 namespace cuboid_mapping {
 namespace {
 
-std::optional<Cuboid> findCuboid(const RTree& tree, const Cell& cell) {
-  std::optional<Cuboid> found;
-  visitBox(tree, CellBox::ofCell(cell), CuboidFilter::kAll, [&](const Cuboid& cuboid) {
-    found = cuboid;
-    return Visit::kStop;
-  });
-  return found;
+/// Changed voxels of fused cuboids that must leave them: they are not stable any more, or have another class.
+BrickMask cutChanged(const BrickMask& changed, const GrowingBrick& brick, CuboidCuts& cuts) {
+  BrickMask split;
+  const BrickMask suspects = changed & brick.fused;
+  if (suspects.isEmpty()) return split;
+  for (const Cuboid& cuboid : brick.cuboids) {
+    const BrickMask part = BrickMask::ofBox(intersect(cuboid.box, brickBox(brick.brick)));
+    const BrickMask leaving = (suspects & part).without(brick.stableOf(cuboid.occupancy));
+    if (leaving.isEmpty()) continue;
+    cuts.add(cuboid, brick.brick, leaving);
+    split |= leaving;
+  }
+  return split;
 }
 
-/// The box with one more cell around it on all sides.
-CellBox dilate(const CellBox& box) { return {box.min - Cell{1, 1, 1}, box.max + Cell{1, 1, 1}}; }
+/// Restarts the time of voxels that wait and have changed, and lets split ones wait. @return Whether there is any.
+bool holdVoxels(const BrickMask& changed, const BrickMask& split, std::uint64_t cloud,
+                GrowingBrick& brick) {
+  const BrickMask restarted = brick.held_voxels & changed;
+  if (restarted.isEmpty() && split.isEmpty()) return false;
+  for (HeldVoxel& held : brick.held) {
+    if (restarted.test(held.voxel)) held.last_change = cloud;
+  }
+  split.without(brick.held_voxels).forEach([&](int voxel) {
+    brick.held.push_back({cloud, voxel});
+  });
+  brick.held_voxels |= split;
+  brick.has_other_held_voxels = true;
+  return true;
+}
+
+/// Adds the boxes of stable voxels that an edit has made known.
+void addBoxes(const BrickMask& fresh, const Cell& brick, GrowingBricks& bricks) {
+  std::vector<Cuboid> boxes;
+  for (const Occupancy occupancy : {Occupancy::kFree, Occupancy::kOccupied}) {
+    divideVoxels(brick, fresh & bricks.at(brick).stableOf(occupancy), occupancy, boxes);
+  }
+  for (const Cuboid& cuboid : boxes) {
+    if (cuboid.box.numVoxels() > 1.0) bricks.add(cuboid);
+  }
+}
+
+/// Moves what differs from the bricks before into a change.
+void takeChanges(GrowingBricks& bricks, GrowthChange& change) {
+  bricks.forEach([&](GrowingBrick& brick) {
+    if (!brick.has_other_cuboids && !brick.has_other_held_voxels) return;
+    if (brick.has_other_cuboids) change.with_new_cuboids.push_back(brick.brick);
+    change.bricks.push_back(std::move(static_cast<GrownBrick&>(brick)));
+  });
+}
 
 }  // namespace
 
-const char* toString(GrowthStarters starters) {
-  switch (starters) {
-    case GrowthStarters::kSampled: return "sampled";
-    case GrowthStarters::kEndPoints: return "end_points";
-    case GrowthStarters::kChanged: break;
-  }
-  return "changed";
+GrowthFusion::GrowthFusion(const GrowthConfig& config, const SensorModel& model)
+    : config_(config), model_(model) {
+  waiting_.reserve(static_cast<std::size_t>(config.settle_clouds) + 1);
 }
 
-/// A growing cell. The tree changes only when it stops: until then the absorbed cuboids lie inside its box,
-/// which it does not search again.
-struct GrowthFusion::Growth {
-  CellBox box;
-  Occupancy occupancy;
-  std::vector<CellBox> parts;  ///< The cell at first, then the absorbed cuboids.
-};
-
-void GrowthFusion::visitBox(const VoxelStore& /*voxels*/, const CellBox& window,
-                            CuboidFilter filter, CuboidVisitor visit) const {
-  cuboid_mapping::visitBox(tree_, window, filter, visit);
-}
-
-void GrowthFusion::visitNearest(const VoxelStore& /*voxels*/, const Eigen::Vector3d& point,
-                                double max_distance, CuboidFilter filter,
-                                DistanceVisitor visit) const {
-  cuboid_mapping::visitNearest(tree_, point, max_distance, filter, visit);
-}
-
-void GrowthFusion::grow(const VoxelStore& voxels, const ScanUpdate& update,
-                        const CellWrites& writes, ChangeSet& changes) noexcept {
-  ++num_clouds_;
-  try {
-    settleAndGrow(voxels, update, writes, changes);
-  } catch (const std::bad_alloc&) {
-    settling_.clear();
-    changes.is_everything = true;
-  }
-  tree_.trim();
-}
-
-void GrowthFusion::settleAndGrow(const VoxelStore& voxels, const ScanUpdate& update,
-                                 const CellWrites& writes, ChangeSet& changes) {
-  std::vector<Cell> observed;  // The paper's set T.
-  for (const CellWrites::BrickWrite& write : writes.bricks) {
-    settling_.noteChanges(write.brick, write.changed, num_clouds_);
-    settling_.hold(write.brick, write.split, num_clouds_);
-    if (config_.starters != GrowthStarters::kChanged) continue;
-    forEachCell(write.brick, write.changed, [&](const Cell& cell) { observed.push_back(cell); });
-  }
-  if (config_.starters != GrowthStarters::kChanged) {
-    for (const BrickUpdate& brick : update.bricks) {
-      forEachCell(brick.brick, brick.hits, [&](const Cell& cell) { observed.push_back(cell); });
+GrowthChange GrowthFusion::prepareCloud(const VoxelStore& voxels,
+                                        const VoxelStore::PendingChange& change,
+                                        const std::vector<BrickUpdate>& observed,
+                                        const std::vector<Cell>& samples) const {
+  GrowthChange result;
+  result.is_cloud = true;
+  GrowingBricks bricks(bricks_, voxels, change, thresholds());
+  const std::uint64_t cloud = num_clouds_ + 1;
+  CuboidCuts cuts;
+  for (const std::uint32_t i : change.changed) {
+    const VoxelStore::PendingBrick& pending = change.bricks[i];
+    GrowingBrick& brick = bricks.at(pending.brick);
+    const BrickMask split = cutChanged(pending.changed, brick, cuts);
+    if (config_.settle_clouds > 0 && holdVoxels(pending.changed, split, cloud, brick)) {
+      result.with_held_voxels.push_back(pending.brick);
     }
-    observed.insert(observed.end(), update.samples.begin(), update.samples.end());
   }
-  std::vector<CellBox> fused;
-  grow(voxels, observed, fused);
-  for (const CellBox& box : fused) changes.addCuboidsIn(box);
-}
-
-bool GrowthFusion::isFusible(const Cell& cell) const {
-  const FusibleBrick* found = fusible_.find(brickOf(cell));
-  return found != nullptr && found->fusible.test(voxelIndex(cell));
-}
-
-bool GrowthFusion::isAllFusible(const VoxelStore& voxels, const CellBox& box,
-                                Occupancy occupancy) const {
-  const bool is_occupied = occupancy == Occupancy::kOccupied;
-  return !anyBrick(box, [&](const Cell& brick) {
-    const FusibleBrick* found = fusible_.find(brick);
-    if (found == nullptr) return true;
-    const PackedVoxels& of_brick = *voxels.find(brick);
-    const BrickMask part = BrickMask::ofBox(intersect(box, brickBox(brick)));
-    return !found->fusible.contains(part) ||
-           !(is_occupied ? of_brick.occupied() : of_brick.free()).contains(part);
-  });
-}
-
-/// Grows the starters until none of them can: one pass tries each starter once; the next pass
-/// tries those beside a fused cuboid again.
-/// @param fused  Gets the fused cuboids, also those absorbed on the way.
-void GrowthFusion::grow(const VoxelStore& voxels, const std::vector<Cell>& observed,
-                        std::vector<CellBox>& fused) {
-  starters_.clear();
-  std::vector<Cell> cells = releaseSettled(voxels);
-  cells.insert(cells.end(), observed.begin(), observed.end());
-  while (!cells.empty()) {
-    const std::size_t num_before = fused.size();
-    tried_.clear();
-    for (const Cell& cell : cells) tryCell(voxels, cell, fused);
-    cells = findStartersBeside(fused, num_before);
+  cuts.apply(bricks);
+  std::vector<Cell> cells = release(bricks, cloud);
+  if (config_.starters == GrowthStarters::kChanged) {
+    for (const std::uint32_t i : change.changed) {
+      forEachCell(change.bricks[i].brick, change.bricks[i].changed,
+                  [&](const Cell& cell) { cells.push_back(cell); });
+    }
+  } else {
+    for (const BrickUpdate& brick : observed) {
+      forEachCell(brick.brick, brick.hits, [&](const Cell& cell) { cells.push_back(cell); });
+    }
+    cells.insert(cells.end(), samples.begin(), samples.end());
   }
+  Grower(config_, bricks).grow(std::move(cells));
+  takeChanges(bricks, result);
+  return result;
 }
 
-/// Makes settled cells fusible. @return These cells, and the cuboids around them, which could not
-/// grow before.
-std::vector<Cell> GrowthFusion::releaseSettled(const VoxelStore& voxels) {
+/// Lets voxels fuse again that have kept their value long enough. @return These, if they are stable, and the cuboids
+/// around them, which could not grow before; by their least cells.
+std::vector<Cell> GrowthFusion::release(GrowingBricks& bricks, std::uint64_t cloud) const {
   std::vector<Cell> cells;
-  for (const Cell& cell : settling_.release(num_clouds_)) {
-    const PackedVoxels* voxels_now = voxels.find(brickOf(cell));
-    if (voxels_now == nullptr) continue;
-    const std::optional<float> log_odds = voxels_now->logOddsAt(voxelIndex(cell));
-    if (!log_odds || !model_.isStable(*log_odds)) continue;
-    fusible_.findOrAdd(brickOf(cell)).fusible.set(voxelIndex(cell));
+  const auto clouds = static_cast<std::size_t>(config_.settle_clouds);
+  if (clouds == 0 || waiting_.size() < clouds) return cells;
+  std::vector<Cell> released;
+  for (const Cell& least : waiting_.front()) {
+    GrowingBrick& brick = bricks.at(least);
+    const auto waits = [&](const HeldVoxel& held) { return held.last_change + clouds > cloud; };
+    const auto due = std::stable_partition(brick.held.begin(), brick.held.end(), waits);
+    if (due == brick.held.end()) continue;
+    for (auto held = due; held != brick.held.end(); ++held) {
+      const Cell cell = cellAt(least, held->voxel);
+      const BrickMask voxel = BrickMask::ofBox(CellBox::ofCell(cell));
+      brick.held_voxels &= ~voxel;
+      if ((brick.stable[0] | brick.stable[1]).intersects(voxel)) released.push_back(cell);
+    }
+    brick.held.erase(due, brick.held.end());
+    brick.has_other_held_voxels = true;
+  }
+  for (const Cell& cell : released) {
     const CellBox around = dilate(CellBox::ofCell(cell));
-    cuboid_mapping::visitBox(tree_, around, CuboidFilter::kAll, [&](const Cuboid& cuboid) {
+    forEachBrick(around, [&](const Cell& least) {
+      const GrowingBrick& brick = bricks.at(least);
+      const BrickMask part = BrickMask::ofBox(intersect(around, brickBox(least)));
+      forEachCell(least, (brick.voxels->known() & part).without(brick.fused),
+                  [&](const Cell& single) { cells.push_back(single); });
+    });
+    bricks.visitFused(around, [&](const Cuboid& cuboid) {
       cells.push_back(cuboid.box.min);
       return Visit::kContinue;
     });
@@ -143,125 +144,69 @@ std::vector<Cell> GrowthFusion::releaseSettled(const VoxelStore& voxels) {
   return cells;
 }
 
-/// Fuse(g_i) of Figure 5 for the cuboid that holds a cell, as a loop in place of a recursion.
-void GrowthFusion::tryCell(const VoxelStore& voxels, const Cell& cell,
-                           std::vector<CellBox>& fused) {
-  if (!isFusible(cell)) return;
-  const auto start = findCuboid(tree_, cell);
-  assert(start);
-  starters_.insert(start->box.min);
-  if (tried_.count(start->box.min) != 0) return;
-  Growth growth{start->box, start->occupancy, {start->box}};
-  while (expand(voxels, growth)) {
+GrowthChange GrowthFusion::prepareEdit(const VoxelStore& voxels,
+                                       const VoxelStore::PendingChange& change) const {
+  GrowthChange result;
+  GrowingBricks bricks(bricks_, voxels, change, thresholds());
+  CuboidCuts cuts;
+  for (const std::uint32_t i : change.changed) {
+    const VoxelStore::PendingBrick& pending = change.bricks[i];
+    (void)cutChanged(pending.changed, bricks.at(pending.brick), cuts);
   }
-  starters_.insert(growth.box.min);
-  tried_.insert(growth.box.min);
-  if (growth.parts.size() == 1) return;
-  fused.push_back(growth.box);
-  tree_.reserve(0, growth.parts.size() - 1);  // Nothing fails from here on.
-  for (std::size_t i = 1; i < growth.parts.size(); ++i) (void)tree_.removeReserved(growth.parts[i]);
-  (void)tree_.replace(growth.parts.front(), {growth.box, growth.occupancy});
+  cuts.apply(bricks);
+  for (const std::uint32_t i : change.changed) {
+    const VoxelStore::PendingBrick& pending = change.bricks[i];
+    const PackedVoxels* before = voxels.find(pending.brick);
+    addBoxes(before == nullptr ? pending.changed : pending.changed.without(before->known()),
+             pending.brick, bricks);
+  }
+  takeChanges(bricks, result);
+  return result;
 }
 
-/// One expansion (equation 5). @return Whether it succeeded.
-bool GrowthFusion::expand(const VoxelStore& voxels, Growth& growth) const {
-  if (config_.search.order == SearchStrategy::Order::kLargestGain) {
-    return expandMost(voxels, growth);
-  }
-  for (const SearchDirection direction : directionsOf(growth.box)) {
-    if (absorb(voxels, direction, growth)) return true;
-  }
-  return false;
+GrowthChange GrowthFusion::prepareModel(const VoxelStore& voxels, const SensorModel& model) const {
+  GrowthChange result;
+  const VoxelStore::PendingChange no_change;
+  GrowingBricks bricks(bricks_, voxels, no_change, {model.min(), model.max()});
+  std::vector<Cell> fused;
+  bricks_.forEach([&](const GrownBrick& brick) { fused.push_back(brick.brick); });
+  std::sort(fused.begin(), fused.end(), isBeforeOnMortonCurve);
+  CuboidCuts cuts;
+  for (const Cell& brick : fused) (void)cutChanged(BrickMask::all(), bricks.at(brick), cuts);
+  cuts.apply(bricks);
+  takeChanges(bricks, result);
+  return result;
 }
 
-bool GrowthFusion::expandMost(const VoxelStore& voxels, Growth& growth) const {
-  std::optional<Growth> best;
-  for (const SearchDirection direction : paperDirections(growth.box.size())) {
-    Growth part{growth.box, growth.occupancy, {}};
-    if (!absorb(voxels, direction, part)) continue;
-    if (!best || part.parts.size() > best->parts.size()) best = std::move(part);
-  }
-  if (!best) return false;
-  growth.box = best->box;
-  growth.parts.insert(growth.parts.end(), best->parts.begin(), best->parts.end());
-  return true;
+void GrowthFusion::reserve(const GrowthChange& change) {
+  bricks_.reserve(bricks_.size() + change.bricks.size());
 }
 
-/// Slab by which a cell expands; nothing when it cannot.
-std::optional<CellBox> GrowthFusion::findSlab(const VoxelStore& voxels, SearchDirection direction,
-                                              const Growth& growth) const {
-  const int axis = direction.axis;
-  const CellBox next = slabOf(growth.box, direction, 1);
-  if (!isAllFusible(voxels, next, growth.occupancy)) return std::nullopt;
-  if (config_.step == GrowthStep::kCell) return next;
-  std::int32_t depth = growth.box.max[axis] - growth.box.min[axis];
-  if (config_.step == GrowthStep::kNeighbour) {
-    const CellBox neighbour = findCuboid(tree_, next.min)->box;
-    depth = direction.sign > 0 ? neighbour.max[axis] - growth.box.max[axis]
-                               : growth.box.min[axis] - neighbour.min[axis];
-  }
-  const CellBox slab = slabOf(growth.box, direction, depth);
-  if (!isAllFusible(voxels, slab, growth.occupancy)) return std::nullopt;
-  return slab;
-}
-
-/// Absorbs the cells of a slab if the conditions (6) to (8) hold; changes nothing otherwise.
-bool GrowthFusion::absorb(const VoxelStore& voxels, SearchDirection direction,
-                          Growth& growth) const {
-  const auto found_slab = findSlab(voxels, direction, growth);
-  if (!found_slab) return false;
-  const CellBox& slab = *found_slab;
-  const std::size_t num_before = growth.parts.size();
-  bool is_tiled = true;
-  cuboid_mapping::visitBox(tree_, slab, CuboidFilter::kAll, [&](const Cuboid& cuboid) {
-    is_tiled = slab.contains(cuboid.box);
-    if (!is_tiled) return Visit::kStop;
-    growth.parts.push_back(cuboid.box);
-    return Visit::kContinue;
-  });
-  if (!is_tiled) {
-    growth.parts.resize(num_before);
-    return false;
-  }
-  growth.box = unite(growth.box, slab);
-  return true;
-}
-
-SearchDirections GrowthFusion::directionsOf(const CellBox& box) const {
-  switch (config_.search.order) {
-    case SearchStrategy::Order::kFixed: return config_.search.directions;
-    case SearchStrategy::Order::kRandom: {
-      SearchDirections directions = paperDirections({1, 1, 1});
-      std::mt19937_64 random(static_cast<std::uint64_t>(config_.sampling.seed) +
-                             CellHash()(box.min) + 3 * CellHash()(box.max));
-      for (std::size_t left = directions.size(); left > 1; --left) {
-        std::swap(directions[left - 1], directions[random() % left]);
-      }
-      return directions;
+void GrowthFusion::commit(GrowthChange& change) noexcept {
+  for (GrownBrick& after : change.bricks) {
+    if (after.isEmpty()) {
+      bricks_.erase(after.brick);
+    } else {
+      std::swap(bricks_.findOrAdd(after.brick), after);
     }
-    default: return paperDirections(box.size());
   }
+  if (!change.is_cloud) return;
+  ++num_clouds_;
+  if (config_.settle_clouds == 0) return;
+  if (waiting_.size() == static_cast<std::size_t>(config_.settle_clouds)) {
+    waiting_.erase(waiting_.begin());
+  }
+  waiting_.push_back(std::move(change.with_held_voxels));
 }
 
-/// Starters that may be able to grow now, because a cell beside them has fused.
-/// @param first  Index in `fused` to start from.
-std::vector<Cell> GrowthFusion::findStartersBeside(const std::vector<CellBox>& fused,
-                                                   std::size_t first) const {
-  std::vector<Cell> cells;
-  if (first == fused.size()) return cells;
-  if (config_.step != GrowthStep::kCell) {  // Larger steps reach beyond the next voxel.
-    cells.assign(starters_.begin(), starters_.end());
-  }
-  for (std::size_t i = first; i < fused.size() && config_.step == GrowthStep::kCell; ++i) {
-    const CellBox around = dilate(fused[i]);
-    cuboid_mapping::visitBox(tree_, around, CuboidFilter::kAll, [&](const Cuboid& cuboid) {
-      if (starters_.count(cuboid.box.min) != 0) cells.push_back(cuboid.box.min);
-      return Visit::kContinue;
-    });
-  }
-  std::sort(cells.begin(), cells.end());
-  cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
-  return cells;
+std::size_t GrowthFusion::numBytes() const {
+  std::size_t num_bytes = bricks_.numBytes() + waiting_.capacity() * sizeof(waiting_[0]);
+  for (const auto& bricks : waiting_) num_bytes += bricks.capacity() * sizeof(Cell);
+  bricks_.forEach([&num_bytes](const GrownBrick& brick) {
+    num_bytes +=
+        brick.cuboids.capacity() * sizeof(Cuboid) + brick.held.capacity() * sizeof(HeldVoxel);
+  });
+  return num_bytes;
 }
 
 }  // namespace cuboid_mapping

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/map/cuboid_map.h"
 
-#include "cuboid_mapping/fusion/class_fusion.h"
+#include "cuboid_mapping/fusion/cuboid_tree.h"
 #include "cuboid_mapping/fusion/growth_fusion.h"
 #include "cuboid_mapping/map/locked_boxes.h"
 #include "cuboid_mapping/voxels/brick_store.h"
@@ -13,6 +13,18 @@
 #include <utility>
 
 namespace cuboid_mapping {
+namespace {
+
+CuboidSource sourceOf(FusionKind fusion) {
+  switch (fusion) {
+    case FusionKind::kClass: return CuboidSource::kDivision;
+    case FusionKind::kGrowth: return CuboidSource::kGrown;
+    case FusionKind::kNone: break;
+  }
+  return CuboidSource::kVoxels;
+}
+
+}  // namespace
 
 CuboidMap::CuboidMap(const MapConfig& config)
     : config_(checked(config)),
@@ -20,11 +32,17 @@ CuboidMap::CuboidMap(const MapConfig& config)
       sensor_model_(config.sensor_model, config.environment),
       locked_(std::make_unique<LockedBoxes>()) {
   if (config.fusion == FusionKind::kGrowth) {
-    growth_ = std::make_unique<GrowthFusion>(config.growth, config.rtree, sensor_model_);
-  } else {
-    by_class_ = std::make_unique<ClassFusion>(config.rtree, config.fusion == FusionKind::kClass);
+    growth_ = std::make_unique<GrowthFusion>(config.growth, sensor_model_);
   }
+  cuboids_ = std::make_unique<CuboidTree>(config.rtree, sourceOf(config.fusion),
+                                          growth_ ? &growth_->bricks() : nullptr);
 }
+
+CuboidMap::PendingChange::PendingChange() = default;
+CuboidMap::PendingChange::PendingChange(PendingChange&& other) noexcept = default;
+CuboidMap::PendingChange& CuboidMap::PendingChange::operator=(PendingChange&& other) noexcept =
+    default;
+CuboidMap::PendingChange::~PendingChange() = default;
 
 CuboidMap::CuboidMap(CuboidMap&& other) noexcept = default;
 CuboidMap& CuboidMap::operator=(CuboidMap&& other) noexcept = default;
@@ -36,59 +54,74 @@ VoxelStore::Work CuboidMap::work() const {
 }
 
 ChangeSet CuboidMap::apply(const ScanUpdate& update, const SensorModel& model) {
-  VoxelStore::PendingChange change = prepare(update, model);
-  return commit(update, change);
+  PendingChange change = prepare(update, model);
+  return commit(change);
 }
 
-VoxelStore::PendingChange CuboidMap::prepare(const ScanUpdate& update,
-                                             const SensorModel& model) const {
+CuboidMap::PendingChange CuboidMap::prepare(const ScanUpdate& update,
+                                            const SensorModel& model) const {
   assert(model.min() == sensor_model_.min() && model.max() == sensor_model_.max());
-  if (locked_->isEmpty() && isOrdered(update.bricks)) {
-    return voxels_.prepare(update.bricks, model, work());
+  const std::vector<BrickUpdate>* bricks = &update.bricks;
+  std::vector<BrickUpdate> admitted;
+  if (!isOrdered(*bricks)) {
+    admitted = ordered(*bricks);
+    bricks = &admitted;
   }
-  return voxels_.prepare(locked_->without(ordered(update.bricks)), model, work());
-}
-
-ChangeSet CuboidMap::commit(const ScanUpdate& update, VoxelStore::PendingChange& change) {
-  return commit(change, &update);
-}
-
-/// @param cloud  Null for an edit.
-ChangeSet CuboidMap::commit(VoxelStore::PendingChange& change, const ScanUpdate* cloud) {
-  ChangeSet changes;
-  CellWrites writes;
-  voxels_.reserve(change);
+  if (locked_->mayMeet(*bricks)) {
+    admitted = locked_->without(*bricks);
+    bricks = &admitted;
+  }
+  PendingChange change;
+  change.voxels = voxels_.prepare(*bricks, model, work());
   if (growth_) {
-    writes = growth_->prepare(change, cloud == nullptr);
-    for (const CellBox& box : writes.split) changes.addCuboidsIn(box);
-  } else {
-    by_class_->reserve(voxels_, change);
+    change.growth = std::make_unique<GrowthChange>(
+        growth_->prepareCloud(voxels_, change.voxels, *bricks, update.samples));
   }
-  changes.bricks.reserve(changes.bricks.size() + change.changed.size());
-  voxels_.commit(change,
+  return change;
+}
+
+ChangeSet CuboidMap::commit(PendingChange& change) {
+  ChangeSet changes;
+  voxels_.reserve(change.voxels);
+  cuboids_->reserve(voxels_, change.voxels);
+  std::size_t num_changes = change.voxels.changed.size();
+  if (change.growth) {
+    growth_->reserve(*change.growth);
+    num_changes += change.growth->with_new_cuboids.size();
+  }
+  changes.bricks.reserve(num_changes);
+  voxels_.commit(change.voxels,
                  [&](const VoxelStore::PendingBrick& brick) {  // Nothing throws from here on.
                    changes.bricks.push_back({brick.brick, brick.is_reclassified});
-                   if (by_class_) by_class_->follow(brick);
+                   cuboids_->follow(brick);
                  });
-  if (growth_) {
-    growth_->commit(writes);
-    if (cloud != nullptr) growth_->grow(voxels_, *cloud, writes, changes);
-  } else {
-    by_class_->trim();
+  cuboids_->trim();
+  if (change.growth) {
+    growth_->commit(*change.growth);
+    for (const Cell& brick : change.growth->with_new_cuboids) {
+      changes.bricks.push_back({brick, true});
+    }
   }
-  return finish(!change.changed.empty(), std::move(changes));
+  const bool is_changed = !changes.bricks.empty();
+  return finish(is_changed, std::move(changes));
 }
 
 ChangeSet CuboidMap::replace(const CellBox& box, std::vector<VoxelBrick> bricks) {
   if (box.isEmpty()) return finish(false, {});
-  VoxelStore::PendingChange change =
-      voxels_.prepareReplace(box, std::move(bricks), {config_.threads});
-  return commit(change, nullptr);
+  return edit(voxels_.prepareReplace(box, std::move(bricks), {config_.threads}));
 }
 
 ChangeSet CuboidMap::replace(std::vector<VoxelBrick> bricks) {
-  VoxelStore::PendingChange change = voxels_.prepareReplace(std::move(bricks), {config_.threads});
-  return commit(change, nullptr);
+  return edit(voxels_.prepareReplace(std::move(bricks), {config_.threads}));
+}
+
+ChangeSet CuboidMap::edit(VoxelStore::PendingChange voxels) {
+  PendingChange change;
+  change.voxels = std::move(voxels);
+  if (growth_) {
+    change.growth = std::make_unique<GrowthChange>(growth_->prepareEdit(voxels_, change.voxels));
+  }
+  return commit(change);
 }
 
 ChangeSet CuboidMap::replace(const CellBox& box, const std::vector<UniformBox>& boxes) {
@@ -100,8 +133,8 @@ ChangeSet CuboidMap::replace(const CellBox& box, const std::vector<UniformBox>& 
 
 ChangeSet CuboidMap::exchange(CuboidMap& other) {
   std::swap(voxels_, other.voxels_);
-  std::swap(by_class_, other.by_class_);
   std::swap(growth_, other.growth_);
+  std::swap(cuboids_, other.cuboids_);
   ChangeSet changes;
   changes.is_everything = true;
   return finish(true, std::move(changes));
@@ -121,18 +154,15 @@ std::vector<CellBox> CuboidMap::lockedBoxes() const { return locked_->boxes(); }
 
 ChangeSet CuboidMap::setSensorModel(const SensorModelConfig& sensor_model) {
   const SensorModel model(checked(sensor_model), config_.environment);
-  ChangeSet changes;
+  PendingChange change;
   if (growth_) {
-    const CellWrites writes = growth_->prepare(voxels_, model);
-    for (const auto& brick : writes.bricks) changes.bricks.push_back({brick.brick, false});
-    for (const CellBox& box : writes.split) changes.addCuboidsIn(box);
-    growth_->commit(writes);
-    growth_->setSensorModel(model);
+    change.growth = std::make_unique<GrowthChange>(growth_->prepareModel(voxels_, model));
   }
+  ChangeSet changes = commit(change);
+  if (growth_) growth_->setSensorModel(model);
   config_.sensor_model = sensor_model;
   sensor_model_ = model;
-  const bool is_changed = !changes.bricks.empty();
-  return finish(is_changed, std::move(changes));
+  return changes;
 }
 
 ChangeSet CuboidMap::clear() {
@@ -141,14 +171,11 @@ ChangeSet CuboidMap::clear() {
   return exchange(empty);
 }
 
-const CuboidTree& CuboidMap::cuboids() const {
-  if (growth_) return *growth_;
-  return *by_class_;
-}
-
 std::optional<CellBox> CuboidMap::bounds() const { return cuboids().inner().bounds(); }
 
-std::size_t CuboidMap::numBytes() const { return voxels_.numBytes() + cuboids().numBytes(); }
+std::size_t CuboidMap::numBytes() const {
+  return voxels_.numBytes() + cuboids().inner().numBytes() + (growth_ ? growth_->numBytes() : 0);
+}
 
 ChangeSet CuboidMap::finish(bool is_changed, ChangeSet changes) {
   if (is_changed) ++revision_;

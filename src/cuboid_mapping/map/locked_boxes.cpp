@@ -41,6 +41,13 @@ bool LockedBoxes::intersects(const CellBox& box) const {
   return is_met;
 }
 
+bool LockedBoxes::mayMeet(const std::vector<BrickUpdate>& update) const {
+  if (isEmpty() || update.empty()) return false;
+  CellBox around = brickBox(update.front().brick);
+  for (const BrickUpdate& brick : update) around = unite(around, brickBox(brick.brick));
+  return intersects(around);
+}
+
 std::vector<CellBox> LockedBoxes::boxes() const {
   std::vector<CellBox> boxes;
   boxes.reserve(tree_.size());

@@ -22,6 +22,9 @@ class LockedBoxes {
   [[nodiscard]] bool isEmpty() const { return tree_.isEmpty(); }
   /// Whether a voxel of a box is locked. @complexity O(log n).
   [[nodiscard]] bool intersects(const CellBox& box) const;
+  /// Whether a locked box meets the box around an update: if not, without() changes nothing.
+  /// @complexity O(log n + b) for b bricks.
+  [[nodiscard]] bool mayMeet(const std::vector<BrickUpdate>& update) const;
   /// The locked voxels as disjoint boxes, ordered by their least cells.
   [[nodiscard]] std::vector<CellBox> boxes() const;
 

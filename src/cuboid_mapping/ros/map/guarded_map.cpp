@@ -27,7 +27,7 @@ void GuardedMap::integrate(const ros::Time& stamp, const ScanUpdate& update,
   {
     const WriteLock alone(mutex_);
     noteGathered([&](ChangeSet& changes) {
-      const ChangeSet applied = map_.commit(admitted, pending);
+      const ChangeSet applied = map_.commit(pending);
       if (!window_) return changes.append(applied);
       window_->hold(num_holds_ > 0);  // Set again: a reader may have begun meanwhile.
       window_->settle(applied, map_, changes);
