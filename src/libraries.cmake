@@ -200,9 +200,7 @@ endif()
 
 # The ROS layer: parameters, conversions, and what the nodelet is made of.
 add_library(cuboid_mapping_ros
-  cuboid_mapping/ros/clouds/cloud_buffer.cpp
   cuboid_mapping/ros/clouds/cloud_pipeline.cpp
-  cuboid_mapping/ros/clouds/cloud_poses.cpp
   cuboid_mapping/ros/clouds/moving_filter.cpp
   cuboid_mapping/ros/clouds/node_sources.cpp
   ${robot_description}
@@ -227,8 +225,10 @@ add_library(cuboid_mapping_ros
   cuboid_mapping/ros/map/kept_history.cpp
   cuboid_mapping/ros/map/map_storage.cpp
   cuboid_mapping/ros/map/point_cloud_loader.cpp
+  cuboid_mapping/ros/mapping/cloud_queue.cpp
+  cuboid_mapping/ros/mapping/tf_buffer.cpp
+  cuboid_mapping/ros/mapping/tf_poses.cpp
   cuboid_mapping/ros/middleware/tf_lookup.cpp
-  cuboid_mapping/ros/middleware/tf_receiver.cpp
   cuboid_mapping/ros/node/mapping_node.cpp
   cuboid_mapping/ros/node/mapping_node_report.cpp
   cuboid_mapping/ros/node/mapping_node_services.cpp

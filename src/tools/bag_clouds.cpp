@@ -140,6 +140,7 @@ BagClouds::BagClouds(std::string program, const BagOptions& options)
     checkForFolders(parameters_, options);
   } else {
     const BagTopics topics(bags_);
+    transforms_.setMaxGap(parameters_.tf_gap_s);
     transforms_.read(bags_, topics, options.tf, options.transforms);
     say(transforms_.notes());
     readPoses(topics, options, read.has_frame);
@@ -255,10 +256,12 @@ const cuboid_mapping::ScanUpdate* BagClouds::compute(const SensorMessage& cloud,
     return nullptr;
   }
   Source& source = *sources_.at(cloud.source);
-  std::string tf_error;
-  const auto poses = findPoses(cloud, source, tf_error);
+  const PoseSearch search = findPosesOf(cloud, source);
+  const auto& poses = search.poses;
   if (!poses) {
-    leaveOut(DropReason::kNoTransform, tf_error);
+    const DropReason reason = search.hopeless.value_or(DropReason::kNoTransform);
+    const bool is_gap = reason == DropReason::kTfGap;
+    leaveOut(reason, is_gap ? search.why + ": " + toAdvice(reason) : search.why);
     return nullptr;
   }
   origin.window_center_map = poses->window_center_map;
@@ -271,13 +274,12 @@ const cuboid_mapping::ScanUpdate* BagClouds::compute(const SensorMessage& cloud,
   return update;
 }
 
-std::optional<CloudPoses> BagClouds::findPoses(const SensorMessage& cloud, const Source& source,
-                                               std::string& error) const {
+PoseSearch BagClouds::findPosesOf(const SensorMessage& cloud, const Source& source) const {
   const Slices slices = readSlices(cloud, source.parameters);
-  const tf2::BufferCore& tf = transforms_.buffer();
-  if (!poses_) return lookupPoses(tf, source.frames, cloud.header(), slices, error);
-  return lookupPosesOn(poses_->track, poses_->body_frame_id, tf, source.frames, cloud.header(),
-                       slices, error);
+  const TfBuffer& tf = transforms_.buffer();
+  if (!poses_) return findPoses(tf, source.frames, cloud.header(), slices);
+  return findPosesOn(poses_->track, poses_->body_frame_id, tf, source.frames, cloud.header(),
+                     slices);
 }
 
 /// Suggests settings after the first clouds, while a restart is cheap.

@@ -56,8 +56,7 @@ struct LeftOutClouds {
   std::array<std::string, kNumDropReasons> first_texts;
 };
 
-/// The clouds of bags (messages of any source), in the order in which the node maps them, and their
-/// observations; or the clouds of scan folders, as scans_to_bag would write them to a bag, in the map's frame.
+/// The clouds of bags (messages of any source), in the order of their stamps, and their observations; or the clouds of scan folders, as scans_to_bag would write them to a bag, in the map's frame.
 /// Errors, warnings and advice go to stderr, after the name of the program.
 class BagClouds {
  public:
@@ -83,7 +82,7 @@ class BagClouds {
   [[nodiscard]] std::uint64_t numClouds() const {
     return folders_ ? folders_->size() : messages_->size();
   }
-  /// Origin of a cloud: stamp, source and place.
+  /// Sensor model of a source.
   [[nodiscard]] cuboid_mapping::SensorModel sensorModel(std::size_t source) const;
 
   /// Reads the clouds one after the other. To be called once. @param listener  Reports finished
@@ -104,8 +103,7 @@ class BagClouds {
  private:
   void chooseFrame(const BagTopics& topics);
   void readPoses(const BagTopics& topics, const BagOptions& options, bool has_frame);
-  [[nodiscard]] std::optional<CloudPoses> findPoses(const SensorMessage& cloud,
-                                                    const Source& source, std::string& error) const;
+  [[nodiscard]] PoseSearch findPosesOf(const SensorMessage& cloud, const Source& source) const;
   void say(const std::vector<std::string>& lines) const;
   [[nodiscard]] std::optional<SensorMessage> read(std::uint64_t number);
   void walkOne(const SensorMessage& cloud, const Take& take);

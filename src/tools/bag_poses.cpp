@@ -104,19 +104,18 @@ BagPoses readBagPoses(BagFiles& bags, const BagTopics& topics, const std::string
   }
 }
 
-std::optional<CloudPoses> lookupPosesOn(const PoseTrack& track, const std::string& body_frame_id,
-                                        const tf2::BufferCore& tf, PoseFrames frames,
-                                        const std_msgs::Header& header, const Slices& slices,
-                                        std::string& error) {
+PoseSearch findPosesOn(const PoseTrack& track, const std::string& body_frame_id, const TfBuffer& tf,
+                       PoseFrames frames, const std_msgs::Header& header, const Slices& slices) {
   frames.map = body_frame_id.empty() ? header.frame_id : body_frame_id;
-  auto poses = lookupPoses(tf, frames, header, slices, error);
-  if (!poses) return poses;
+  PoseSearch search = findPoses(tf, frames, header, slices);
+  if (!search.poses) return search;
   const auto move = [&](CloudPoses& part, const ros::Time& stamp) {
     const auto stamp_ns = static_cast<std::int64_t>(stamp.toNSec());
     if (!track.covers(stamp_ns)) {
       std::ostringstream text;
       text << "the poses of --poses do not reach to " << stamp << " s";
-      error = text.str();
+      search = PoseSearch();
+      search.why = text.str();
       return false;
     }
     const Eigen::Isometry3d T_map_body = track.at(stamp_ns);
@@ -128,11 +127,13 @@ std::optional<CloudPoses> lookupPosesOn(const PoseTrack& track, const std::strin
     for (Eigen::Isometry3d& T_map_part : part.T_map_parts) T_map_part = T_map_body * T_map_part;
     return true;
   };
-  if (!move(*poses, header.stamp)) return std::nullopt;
+  CloudPoses poses = *search.poses;
+  if (!move(poses, header.stamp)) return search;
   for (std::size_t i = 0; i < slices.size(); ++i) {
-    if (!move(poses->slice_poses[i], header.stamp + middleOf(slices[i]))) return std::nullopt;
+    if (!move(poses.slice_poses[i], header.stamp + middleOf(slices[i]))) return search;
   }
-  return poses;
+  search.poses = std::move(poses);
+  return search;
 }
 
 }  // namespace cuboid_mapping_ros

@@ -5,7 +5,7 @@
 #include "bag_files.h"
 #include "bag_topics.h"
 #include "cuboid_mapping/history/pose_track.h"
-#include "cuboid_mapping/ros/clouds/cloud_poses.h"
+#include "cuboid_mapping/ros/mapping/tf_poses.h"
 
 #include <optional>
 #include <string>
@@ -26,13 +26,11 @@ struct BagPoses {
 [[nodiscard]] BagPoses readBagPoses(BagFiles& bags, const BagTopics& topics,
                                     const std::string& file_or_topic);
 
-/// As lookupPoses(), with the poses of a body: tf has the sensors' poses on it. Nothing outside the poses, as
-/// for tf.
-/// @param body_frame_id  Empty: the cloud's frame.
-[[nodiscard]] std::optional<CloudPoses> lookupPosesOn(const cuboid_mapping::PoseTrack& track,
-                                                      const std::string& body_frame_id,
-                                                      const tf2::BufferCore& tf, PoseFrames frames,
-                                                      const std_msgs::Header& header,
-                                                      const Slices& slices, std::string& error);
+/// As findPoses(), with the poses of a body: tf has the sensors' poses on it. Nothing outside the poses, as for
+/// tf. @param body_frame_id  Empty: the cloud's frame.
+[[nodiscard]] PoseSearch findPosesOn(const cuboid_mapping::PoseTrack& track,
+                                     const std::string& body_frame_id, const TfBuffer& tf,
+                                     PoseFrames frames, const std_msgs::Header& header,
+                                     const Slices& slices);
 
 }  // namespace cuboid_mapping_ros

@@ -71,7 +71,7 @@ void BagMessages::add(std::size_t source) {
     const ros::Time stamp = needs_stamp ? bags_.readStamp(instances_[i]) : ros::Time();
     if (is_depth && camera_at.empty()) {
       ++num_without_camera_;
-    } else if (rate_limit.lets(stamp)) {
+    } else if (rate_limit.allows(stamp)) {
       messages_.push_back({source, i, is_depth ? nearestCamera(camera_at, stamp) : 0, stamp});
     }
   }

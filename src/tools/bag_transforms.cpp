@@ -123,7 +123,7 @@ void BagTransforms::readTopics(BagFiles& bags, const std::vector<std::string>& t
       if (is_static) {
         statics_.push_back({message.instance.getTime(), tidyTransform(transform)});
       } else {
-        (void)tf_.setTransform(tidyTransform(transform), "bag");
+        (void)tf_.setTransform(transform, "bag");
       }
     }
   }

@@ -3,9 +3,9 @@
 
 #include "bag_files.h"
 #include "bag_topics.h"
+#include "cuboid_mapping/ros/mapping/tf_buffer.h"
 
 #include <geometry_msgs/TransformStamped.h>
-#include <tf2/buffer_core.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -29,6 +29,9 @@ class BagTransforms {
   void read(BagFiles& bags, const BagTopics& topics, const std::string& topic,
             const std::vector<std::string>& added);
 
+  /// See TfBuffer; to be set before read().
+  void setMaxGap(double max_gap_s) { tf_.setMaxGap(max_gap_s); }
+
   /// Adds a transform of any time.
   void set(const geometry_msgs::TransformStamped& transform) {
     (void)tf_.setTransform(transform, "scans");
@@ -37,7 +40,7 @@ class BagTransforms {
   /// Applies static transforms recorded up to a time. @pre It is not before that of the last call.
   void advance(const ros::Time& time);
 
-  [[nodiscard]] const tf2::BufferCore& buffer() const { return tf_; }
+  [[nodiscard]] const TfBuffer& buffer() const { return tf_; }
 
   /// Lines that name sources, ignored transforms, and reasons.
   [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }
@@ -51,7 +54,7 @@ class BagTransforms {
   void readTopics(BagFiles& bags, const std::vector<std::string>& topics);
   void setFirstStatics();
 
-  tf2::BufferCore tf_{ros::Duration(1e6)};  // long enough for any bag
+  TfBuffer tf_{ros::Duration(1e6)};       // long enough for any bag
   std::vector<StaticTransform> statics_;    ///< Static transforms in the order of their times.
   std::size_t num_taken_ = 0;               ///< Number of static ones taken by advance().
   std::vector<std::string> notes_;

@@ -187,10 +187,6 @@ inline std::vector<Case> sourceCases() {
        [](const P& p) { return p.source.depth_unit_m == 0.0002; },
        {0.0, 1.5, kNan, "1"}},
       {"sources", list, [](const P& p) { return p.sources.size() == 1; }, {"front", 1, true}},
-      {"order_wait",
-       0.5,
-       [](const P& p) { return p.order_wait_s == 0.5; },
-       {-0.1, 11.0, kNan, "1"}},
   };
 }
 
@@ -328,11 +324,8 @@ inline std::vector<Case> otherCases() {
        [](const P& p) { return p.map_part_size_mb == 0.5; },
        {0.0, -1.0, 501.0, kNan, "1"}},
       {"queue_size", 3, [](const P& p) { return p.queue_size == 3; }, {0, -1, 1001, 3.0}},
-      {"queue_memory",
-       20,
-       [](const P& p) { return p.queue_memory_mb == 20; },
-       {0, 65537, 1.5, "1"}},
       {"tf_wait", 0.5, [](const P& p) { return p.tf_wait_s == 0.5; }, {0.0, -1.0, 3601.0, kNan}},
+      {"tf_gap", 0.5, [](const P& p) { return p.tf_gap_s == 0.5; }, {0.0, -1.0, 86401.0, kNan}},
       {"publish_rate",
        2.5,
        [](const P& p) { return p.publish_rate_hz == 2.5; },

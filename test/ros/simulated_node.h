@@ -3,12 +3,10 @@
 #pragma once
 
 #include "cuboid_mapping/io/map_files.h"
-#include "cuboid_mapping/ros/clouds/cloud_buffer.h"
 #include "cuboid_mapping/ros/clouds/cloud_pipeline.h"
 #include "cuboid_mapping/ros/map/guarded_map.h"
+#include "cuboid_mapping/ros/mapping/cloud_queue.h"
 #include "cuboid_mapping/sharing/map_follower.h"
-
-#include <tf2/buffer_core.h>
 
 #include <cmath>
 #include <functional>
@@ -54,18 +52,18 @@ class SimulatedNode {
   explicit SimulatedNode(const NodeParameters& parameters)
       : map_(makeMapConfig(parameters)),
         sources_(makeSources(parameters)),
-        buffer_(makeCloudLimits(parameters), makeCallbacks(parameters)),
+        clouds_(makeCloudLimits(parameters), makeCallbacks(parameters)),
         replay_(parameters) {
     inserted_.reserve(1000);
   }
 
   void receive(const SensorMessage& cloud) {
     ++statistics_.num_received;
-    buffer_.put(cloud);
+    clouds_.put(cloud);
   }
   void setTime(const ros::Time& now) {
     clock_s_ += std::abs(now.toSec() - now_.toSec());
-    if (now < now_ - ros::Duration(1.0)) tf_.clear();  // TfReceiver does this.
+    if (now < now_ - ros::Duration(TfReceiver::kMinJump_s)) tf_.clear();  // TfReceiver does this.
     now_ = now;
   }
   void setTransform(const geometry_msgs::TransformStamped& transform, bool is_static) {
@@ -73,13 +71,13 @@ class SimulatedNode {
   }
   /// Maps one cloud. @return false if there is none.
   bool mapOne() {
-    const auto next = buffer_.takeNext();
+    const auto next = clouds_.takeNext();
     if (next) countFailure([&] { handle(next->message, next->poses); });
     return next.has_value();
   }
 
   void setParameters(const NodeParameters& parameters) {
-    buffer_.setSearch(makeSearch(parameters));
+    clouds_.setSearch(makeSearch(parameters));
     sources_ = makeSources(parameters);
     edit([&](CuboidMap& map) { return map.setSensorModel(parameters.source.sensor_model); });
     replay().setParameters(parameters);
@@ -115,7 +113,7 @@ class SimulatedNode {
     return replay_;
   }
   [[nodiscard]] const NodeStatistics& statistics() const { return statistics_; }
-  [[nodiscard]] std::size_t numWaiting() const { return buffer_.size(); }
+  [[nodiscard]] std::size_t numWaiting() const { return clouds_.size(); }
 
  private:
   static constexpr std::uint64_t kInstance = 7;
@@ -125,14 +123,14 @@ class SimulatedNode {
     CloudPoses poses;
   };
 
-  CloudBuffer::FindPoses makeSearch(const NodeParameters& parameters) {
+  CloudQueue::FindPoses makeSearch(const NodeParameters& parameters) {
     return [this, parameters](const SensorMessage& cloud, const Slices& slices) {
       return findPoses(tf_, PoseFrames(parameters, parameters.source), cloud.header(), slices);
     };
   }
 
-  CloudBuffer::Callbacks makeCallbacks(const NodeParameters& parameters) {
-    CloudBuffer::Callbacks callbacks;
+  CloudQueue::Callbacks makeCallbacks(const NodeParameters& parameters) {
+    CloudQueue::Callbacks callbacks;
     callbacks.find_poses = makeSearch(parameters);
     callbacks.drop = [this](std::size_t, DropReason reason, const std::string&) {
       ++statistics_.numDropped(reason);
@@ -177,12 +175,12 @@ class SimulatedNode {
   GuardedMap map_;
   std::vector<std::unique_ptr<Source>> sources_;
   NodeStatistics statistics_;
-  tf2::BufferCore tf_;
+  TfBuffer tf_{ros::Duration(20.0), 1.0};
   ros::Time now_{1000.0};
   double clock_s_ = 0.0;
   bool is_paused_ = false;
   std::uint64_t published_revision_ = 0;
-  CloudBuffer buffer_;
+  CloudQueue clouds_;
   PlainReplay replay_;
   std::vector<Inserted> inserted_;  ///< Clouds that the replay does not have yet.
 };

@@ -305,7 +305,7 @@ TEST(SeededSchedules, EveryCloudIsInOrCountedAndTheMapIsThatOfAPlainReplay) {
   for (const auto& [what, number] : counts) std::cout << what << ": " << number << '\n';
   if (count < 100) return;
   for (const char* what :
-       {"inserted", "queue full", "no transform", "too old for tf", "paused", "empty frame_id",
+       {"inserted", "queue full", "no transform", "too old for tf", "before the first transform", "in a gap of tf", "paused", "empty frame_id",
         "no points", "no x/y/z fields", "jump", "reset", "edit", "reconfigure", "save", "load",
         "listener", "gap", "publish", "time"}) {
     EXPECT_GT(counts[what], 0U) << what << " never happened";

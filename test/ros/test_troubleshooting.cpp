@@ -106,7 +106,7 @@ TEST_F(TroubleshootingTest, CloudsWithoutATransform) {
 
 TEST_F(TroubleshootingTest, CloudsOlderThanAllTransforms) {
   listenTo(kNode);
-  for (const double stamp : {1015.0, 1020.0}) {
+  for (const double stamp : {1015.0, 1018.9, 1019.2, 1020.0}) {
     publishTf(makeTransform("map", "moving", makeTranslation(stamp, 0, 0), ros::Time(stamp)));
   }
   const auto publish_cloud = [this](double stamp) {

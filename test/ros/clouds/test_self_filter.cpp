@@ -254,7 +254,7 @@ TEST(SelfFilter, StaysWhenOtherParametersAreChanged) {
 TEST(SelfFilter, NeedsTheTransformsOfTheRobot) {
   const NodeParameters parameters = makeParameters();
   EXPECT_EQ(PoseFrames(parameters, parameters.source).needed(), std::vector<std::string>{"arm"});
-  tf2::BufferCore tf;
+  TfBuffer tf;
   geometry_msgs::TransformStamped transform;
   transform.header.frame_id = "map";
   transform.child_frame_id = "lidar";
@@ -263,17 +263,17 @@ TEST(SelfFilter, NeedsTheTransformsOfTheRobot) {
   std_msgs::Header header;
   header.frame_id = "lidar";
   header.stamp = ros::Time(5.0);
-  std::string error;
-  EXPECT_FALSE(lookupPoses(tf, PoseFrames(parameters, parameters.source), header, {}, error))
-      << "never with a wrong pose";
-  EXPECT_NE(error.find("arm"), std::string::npos) << error;
-  EXPECT_NE(error.find("(a frame of self_filter; see self_filter/ignored_links)"),
+  const PoseFrames frames(parameters, parameters.source);
+  const PoseSearch search = findPoses(tf, frames, header, {});
+  EXPECT_FALSE(search.poses) << "never with a wrong pose";
+  EXPECT_NE(search.why.find("arm"), std::string::npos) << search.why;
+  EXPECT_NE(search.why.find("(a frame of self_filter; see self_filter/ignored_links)"),
             std::string::npos)
-      << error;
+      << search.why;
   transform.child_frame_id = "arm";
   transform.transform.translation.x = 3.0;
   tf.setTransform(transform, "test", true);
-  const auto poses = lookupPoses(tf, PoseFrames(parameters, parameters.source), header, {}, error);
+  const auto poses = findPoses(tf, frames, header, {}).poses;
   ASSERT_TRUE(poses);
   ASSERT_EQ(poses->T_map_parts.size(), 1U);
   EXPECT_EQ(poses->T_map_parts[0].translation().x(), 3.0);

@@ -175,13 +175,13 @@ TEST(Sources, StayWhenOtherParametersAreChanged) {
 TEST(Sources, AtMostSoManyMessagesASecondPass) {
   RateLimit limit(10.0);
   int num_passed = 0;
-  for (int i = 0; i < 300; ++i) num_passed += limit.lets(ros::Time(1000.0 + i / 30.0)) ? 1 : 0;
+  for (int i = 0; i < 300; ++i) num_passed += limit.allows(ros::Time(1000.0 + i / 30.0)) ? 1 : 0;
   EXPECT_EQ(num_passed, 100);
-  EXPECT_TRUE(limit.lets(ros::Time(50.0))) << "a recording has started again";
-  EXPECT_FALSE(limit.lets(ros::Time(50.05)));
-  EXPECT_TRUE(limit.lets(ros::Time()));
+  EXPECT_TRUE(limit.allows(ros::Time(50.0))) << "a recording has started again";
+  EXPECT_FALSE(limit.allows(ros::Time(50.05)));
+  EXPECT_TRUE(limit.allows(ros::Time()));
   RateLimit none(0.0);
-  EXPECT_TRUE(none.lets(ros::Time(1.0)) && none.lets(ros::Time(1.0)));
+  EXPECT_TRUE(none.allows(ros::Time(1.0)) && none.allows(ros::Time(1.0)));
 }
 
 TEST(Sources, OfTheDocumentAndTheExampleAreTaken) {
@@ -332,7 +332,7 @@ TEST(Sources, AtTheirOwnRateNoMessageIsLostToJitter) {
     int num_passed = 0;
     for (int i = 0; i < 100; ++i) {
       const double jitter_s = i % 2 == 0 ? 1e-6 : -1e-6;
-      num_passed += limit.lets(ros::Time(1000.0 + 0.1 * i + phase_s + jitter_s)) ? 1 : 0;
+      num_passed += limit.allows(ros::Time(1000.0 + 0.1 * i + phase_s + jitter_s)) ? 1 : 0;
     }
     EXPECT_EQ(num_passed, 100) << phase_s;
   }
@@ -343,7 +343,7 @@ TEST(Sources, TheSameMessagesPassWhereverARecordingIsStarted) {
   for (const int first : {0, 14}) {
     RateLimit limit(10.0);
     for (int i = first; i < 300; ++i) {
-      if (limit.lets(ros::Time(1000.0 + i / 30.0 + 0.001)) && i > 20) passed[first > 0].insert(i);
+      if (limit.allows(ros::Time(1000.0 + i / 30.0 + 0.001)) && i > 20) passed[first > 0].insert(i);
     }
   }
   EXPECT_EQ(passed[0], passed[1]);

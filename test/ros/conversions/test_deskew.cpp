@@ -238,13 +238,12 @@ class MovingSensor : public ::testing::Test {
   std::map<Cell, float> mapOf(const SensorMessage& message) {
     Source source(parameters_, parameters_.source);
     NodeStatistics statistics;
-    std::string tf_error;
-    const auto poses =
-        lookupPoses(tf_, PoseFrames(parameters_, parameters_.source), message.header(),
-                    readSlices(message, parameters_.source), tf_error);
-    EXPECT_TRUE(poses) << tf_error;
-    if (!poses) return {};
-    const auto* update = source.pipeline.compute(message, *poses, statistics, error_);
+    const PoseSearch search =
+        findPoses(tf_, PoseFrames(parameters_, parameters_.source), message.header(),
+                  readSlices(message, parameters_.source));
+    EXPECT_TRUE(search.poses) << search.why;
+    if (!search.poses) return {};
+    const auto* update = source.pipeline.compute(message, *search.poses, statistics, error_);
     if (update == nullptr) return {};
     cuboid_mapping::CuboidMap map(makeMapConfig(parameters_));
     (void)map.apply(*update, source.pipeline.sensorModel());
@@ -266,7 +265,7 @@ class MovingSensor : public ::testing::Test {
   }
 
   NodeParameters parameters_;
-  tf2::BufferCore tf_;
+  TfBuffer tf_;
   std::optional<CloudError> error_;
 };
 
@@ -312,14 +311,13 @@ TEST_F(MovingSensor, ACloudWaitsForTheTransformOfItsLastPoint) {
   const Times times_s{0.0, 0.45};
   const SensorMessage cloud =
       toMessage(makeTimedCloud("t", PointField::UINT32, {0.0, 0.45e9}, seeWall(times_s)));
-  std::string error;
   const Slices slices = readSlices(cloud, parameters_.source);
-  EXPECT_FALSE(
-      lookupPoses(tf_, PoseFrames(parameters_, parameters_.source), cloud.header(), slices, error));
-  EXPECT_NE(error.find("extrapolation"), std::string::npos) << error;
+  const PoseFrames frames(parameters_, parameters_.source);
+  const PoseSearch search = findPoses(tf_, frames, cloud.header(), slices);
+  EXPECT_FALSE(search.poses);
+  EXPECT_NE(search.why.find("extrapolation"), std::string::npos) << search.why;
   for (double t = 0.4; t < 0.5; t += 0.005) setPose(t);
-  const auto poses =
-      lookupPoses(tf_, PoseFrames(parameters_, parameters_.source), cloud.header(), slices, error);
+  const auto poses = findPoses(tf_, frames, cloud.header(), slices).poses;
   ASSERT_TRUE(poses);
   EXPECT_EQ(poses->slices, (Slices{0, 450}));
   EXPECT_NEAR(poses->slice_poses.at(1).T_map_cloud.translation().x(), 5.0 * 0.4505, 1e-3);

@@ -207,7 +207,7 @@ TEST(CloudPipeline, needsTheTransformOfTheBase) {
   parameters.source.filter_ground = true;
   EXPECT_EQ(PoseFrames(parameters, parameters.source).needed(),
             std::vector<std::string>{"base_footprint"});
-  tf2::BufferCore tf;
+  TfBuffer tf;
   geometry_msgs::TransformStamped transform;
   transform.header.frame_id = "map";
   transform.child_frame_id = "lidar";
@@ -216,13 +216,13 @@ TEST(CloudPipeline, needsTheTransformOfTheBase) {
   std_msgs::Header header;
   header.frame_id = "lidar";
   header.stamp = ros::Time(5.0);
-  std::string error;
-  EXPECT_FALSE(lookupPoses(tf, PoseFrames(parameters, parameters.source), header, {}, error))
-      << "never with a wrong pose";
-  EXPECT_NE(error.find("base_footprint"), std::string::npos) << error;
+  const PoseFrames frames(parameters, parameters.source);
+  const PoseSearch search = findPoses(tf, frames, header, {});
+  EXPECT_FALSE(search.poses) << "never with a wrong pose";
+  EXPECT_NE(search.why.find("base_footprint"), std::string::npos) << search.why;
   transform.child_frame_id = "base_footprint";
   tf.setTransform(transform, "test", true);
-  EXPECT_TRUE(lookupPoses(tf, PoseFrames(parameters, parameters.source), header, {}, error));
+  EXPECT_TRUE(findPoses(tf, frames, header, {}).poses);
 }
 
 }  // namespace

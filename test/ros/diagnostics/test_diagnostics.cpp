@@ -298,7 +298,7 @@ TEST(Diagnostics, CuboidsAreNotCountedAllTheTime) {
 }
 
 TEST(Diagnostics, EveryReasonHasItsOwnKeyAndAdvice) {
-  NodeReport report = makeReport(142, 10);
+  NodeReport report = makeReport(175, 10);
   for (std::size_t i = 0; i < kNumDropReasons; ++i) report.statistics.num_dropped[i] = i + 1;
   report.statistics.convert_time.add(1.0);
   report.statistics.convert_time.add(4.0);
@@ -320,9 +320,9 @@ TEST(Diagnostics, EveryReasonHasItsOwnKeyAndAdvice) {
     EXPECT_EQ(values[std::string("clouds dropped, ") + toString(reason)], std::to_string(i + 1));
     EXPECT_GT(std::string(toAdvice(reason)).size(), 20U);
   }
-  EXPECT_EQ(values["clouds received"], "142");
+  EXPECT_EQ(values["clouds received"], "175");
   EXPECT_EQ(values["clouds inserted"], "10");
-  EXPECT_EQ(values["clouds dropped"], "120");
+  EXPECT_EQ(values["clouds dropped"], "153");
   EXPECT_EQ(values["clouds waiting"], "12");
   EXPECT_EQ(values["clouds waiting, oldest"], "map <- lidar");
   EXPECT_EQ(values["convert time last [ms]"], "4.000");

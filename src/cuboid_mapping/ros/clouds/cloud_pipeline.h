@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cuboid_mapping/ros/clouds/cloud_poses.h"
+#include "cuboid_mapping/ros/mapping/tf_poses.h"
 #include "cuboid_mapping/ros/conversions/cloud_checks.h"
 #include "cuboid_mapping/ros/conversions/cloud_conversions.h"
 #include "cuboid_mapping/ros/conversions/sensor_conversions.h"

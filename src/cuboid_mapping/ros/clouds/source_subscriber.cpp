@@ -16,7 +16,7 @@ namespace cuboid_mapping_ros {
 namespace {
 
 /// Messages that roscpp keeps before it drops them silently. This limit is never reached: each message goes to
-/// the CloudBuffer on arrival, whose limits count.
+/// the CloudQueue on arrival, whose limits count.
 constexpr std::uint32_t kReceiveQueueSize = 1000;
 
 }  // namespace

@@ -37,6 +37,8 @@ const char* toString(DropReason reason) {
     case DropReason::kQueueFull: return "queue full";
     case DropReason::kNoTransform: return "no transform";
     case DropReason::kTooOldForTf: return "too old for tf";
+    case DropReason::kBeforeTf: return "before the first transform";
+    case DropReason::kTfGap: return "in a gap of tf";
     case DropReason::kNoCameraInfo: return "no camera_info";
     case DropReason::kPaused: return "paused";
     case DropReason::kBeforeJump: return "before a jump";

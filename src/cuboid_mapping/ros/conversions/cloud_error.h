@@ -20,8 +20,10 @@ enum class DropReason : unsigned char {
   kNoValidPoints,  ///< All points are NaN, infinite or zero, and no beam without return is known.
   kNoPointTimes,   ///< With deskew: the cloud has no times of its points.
   kQueueFull,      ///< The node was busy with earlier clouds.
-  kNoTransform,    ///< tf did not come within tf_wait, or before the memory was full.
-  kTooOldForTf,    ///< Older than the transforms that tf keeps.
+  kNoTransform,    ///< tf did not come within tf_wait.
+  kTooOldForTf,    ///< Older than the transforms that tf keeps, on arrival.
+  kBeforeTf,       ///< Older than the first transforms.
+  kTfGap,          ///< In a gap of tf, see tf_gap.
   kNoCameraInfo,   ///< A depth image has no camera_info.
   kPaused,         ///< The node is paused by ~pause.
   kBeforeJump,     ///< Older than the jump reported to ~move_map.
@@ -30,7 +32,7 @@ enum class DropReason : unsigned char {
 
 /// Number of defects of messages, and of all reasons.
 constexpr std::size_t kNumCloudDefects = 8;
-constexpr std::size_t kNumDropReasons = 15;
+constexpr std::size_t kNumDropReasons = 17;
 
 /// A short name for diagnostics, such as "no x/y/z fields".
 [[nodiscard]] const char* toString(DropReason reason);

@@ -93,7 +93,7 @@ bool CloudLedger::noteReceived(std::size_t source, const std_msgs::Header& heade
   const std::lock_guard<std::mutex> lock(mutex_);
   Source& of = page_.sources.at(source);
   of.last_received = page_.last_received = Clock::now();
-  if (!rate_limits_.at(source).lets(header.stamp)) {
+  if (!rate_limits_.at(source).allows(header.stamp)) {
     ++of.statistics.num_ignored;
     return false;
   }
@@ -106,13 +106,15 @@ bool CloudLedger::noteReceived(std::size_t source, const std_msgs::Header& heade
   return true;
 }
 
-void CloudLedger::noteInserted(std::size_t source, const NodeStatistics& work, double duration_s) {
+void CloudLedger::noteInserted(std::size_t source, const NodeStatistics& work,
+                               const Times& times) {
   const std::lock_guard<std::mutex> lock(mutex_);
   ++page_.sources.at(source).statistics.num_inserted;
   page_.last_progress = Clock::now();
   page_.statistics.takeWork(work);
   ++page_.statistics.num_inserted;
-  speed_watch_.noteInserted(duration_s, work.reach_m, source);
+  page_.lag_s = times.lag_s;
+  speed_watch_.noteInserted(times.work_s, work.reach_m, source);
 }
 
 void CloudLedger::noteDropped(std::size_t source, DropReason reason,

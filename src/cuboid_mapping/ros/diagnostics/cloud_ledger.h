@@ -100,6 +100,7 @@ class CloudLedger {
     ros::Time last_arrival;        ///< ... and its arrival.
     Clock::time_point last_received;
     Clock::time_point last_progress;  ///< Time of the last insertion, or of the first cloud.
+    double lag_s = 0.0;           ///< Of the last cloud in the map.
     std::optional<std::string> speed_advice;
   };
 
@@ -107,9 +108,14 @@ class CloudLedger {
 
   /// Counts a message. @return false if it is beyond max_rate, and to be ignored.
   [[nodiscard]] bool noteReceived(std::size_t source, const std_msgs::Header& header);
+  /// Times of a cloud in the map.
+  struct Times {
+    double work_s = 0.0;
+    double lag_s = 0.0;  ///< From its arrival until it was in the map.
+  };
   /// Notes that a received message is in the map. @param work  Figures of the points and times of all clouds so
   /// far.
-  void noteInserted(std::size_t source, const NodeStatistics& work, double duration_s);
+  void noteInserted(std::size_t source, const NodeStatistics& work, const Times& times);
   /// Notes that a received message is not in the map; logs why, the same reason every 10 s at most. Throws
   /// nothing.
   /// @param text  Empty: nothing new to log.

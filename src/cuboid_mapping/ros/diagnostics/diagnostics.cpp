@@ -253,8 +253,8 @@ std::string describeAge(double age_s) {
 const char* toAdvice(DropReason reason) {
   switch (reason) {
     case DropReason::kQueueFull:
-      return "the node is too slow for them: raise queue_size for bursts; else use a coarser "
-             "resolution or a smaller sensor_model/max_range, or send fewer clouds";
+      return "the node is too slow for them: use a coarser resolution or a smaller "
+             "sensor_model/max_range, or send fewer clouds";
     case DropReason::kNoTransform:
       return "check that tf has a path from the cloud's frame to frame_id at the cloud's stamp "
              "(rosrun tf tf_echo)";
@@ -266,6 +266,11 @@ const char* toAdvice(DropReason reason) {
       return "check the sensor's clock (some drivers stamp with the time since power-on), and that "
              "the clocks of all machines agree; with recorded data set use_sim_time and play bags "
              "with --clock";
+    case DropReason::kBeforeTf:
+      return "tf began after them, as when sensors start first; the clouds after them are mapped";
+    case DropReason::kTfGap:
+      return "their pose would be a guess: check the publisher of the frame, or raise tf_gap if it "
+             "publishes so rarely";
     case DropReason::kNoCameraInfo:
       return "check the publisher of camera_info, or name its topic in camera_info";
     case DropReason::kPaused: return "call ~pause with data: false to resume";
@@ -298,7 +303,7 @@ void fillStatus(const NodeReport& report, const NodeStatistics& last_report,
     const auto reason = static_cast<DropReason>(i);
     status.add(std::string("clouds dropped, ") + toString(reason), statistics.numDropped(reason));
   }
-  status.add("clouds out of order", report.num_out_of_order);
+  status.addf("map behind [s]", "%.3f", report.lag_s);
   status.add("points inserted", statistics.num_points);
   status.add("points NaN or without return", statistics.num_invalid);
   status.add("points with an odd time", statistics.num_odd_times);

@@ -79,8 +79,7 @@ struct NodeReport {
   std::string wrong_types;  ///< See describeWrongType(); set only before the first message.
   std::string
       other_topics;  ///< See NodeSources::findOtherTopics(); set only before the first message.
-  /// Clouds that went into the map after a later one of another source.
-  std::uint64_t num_out_of_order = 0;
+  double lag_s = 0.0;  ///< Time from the arrival of the last cloud in the map until it was in the map.
   std::string why_waiting;         ///< Reason why the oldest cloud waits for tf; empty: none waits.
   bool is_simulated_time = false;  ///< use_sim_time, as with bags.
   bool is_paused = false;          ///< ~pause: clouds are ignored.

@@ -21,7 +21,7 @@ class RateLimit {
   explicit RateLimit(double max_rate_hz) : max_rate_hz_(max_rate_hz) {}
 
   /// Whether a message may pass; call it for every message. A stamp of 0 always passes.
-  [[nodiscard]] bool lets(const ros::Time& stamp) {
+  [[nodiscard]] bool allows(const ros::Time& stamp) {
     if (max_rate_hz_ == 0.0 || stamp.isZero()) return true;
     const double place = stamp.toSec() * max_rate_hz_;
     const auto slot = static_cast<std::int64_t>(std::floor(place));

@@ -19,6 +19,8 @@ namespace {
 
 /// Number of service calls that run in parallel, so that a long call does not block the others.
 constexpr std::uint32_t kQueryThreads = 4;
+/// tf keeps this more than tf_wait: a cloud that has waited so long still has its transforms.
+constexpr double kTfMargin_s = 10.0;
 
 }  // namespace
 
@@ -52,9 +54,10 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
       octomap_server_(nh_, private_nh_, parameters, map_,
                       {publish_thread_.queue(), query_threads_.queue()}),
       diagnostics_(nh_, private_nh_, private_nh_.getNamespace()),
+      tf_buffer_(ros::Duration(parameters.tf_wait_s + kTfMargin_s), parameters.tf_gap_s),
       map_in_frame_{map_, parameters.frame_id, tf_buffer_, parameters.service_limits,
                     &is_stopping_},
-      buffer_(makeCloudLimits(parameters), bufferCallbacks()),
+      clouds_(makeCloudLimits(parameters), queueCallbacks()),
       mapping_thread_(guard_, "clouds") {
   beginWith(start_map);
   advertiseServices();
@@ -118,14 +121,13 @@ MappingNode::~MappingNode() {
   is_stopping_ = true;
   sources_.stopListening();
   if (merger_) merger_->stopAsking();
-  buffer_.stop();
+  clouds_.stop();
   mapping_thread_.stop();
   corrections_.reset();
   for (GuardedThread* thread : {&receiving_thread_, &tf_thread_, &query_threads_, &edit_threads_,
                                 &asking_threads_, &publish_thread_}) {
     thread->stop();
   }
-  tf_changes_.disconnect();
 }
 
 void MappingNode::startDiagnostics() {
@@ -140,7 +142,6 @@ void MappingNode::startDiagnostics() {
 }
 
 void MappingNode::subscribe() {
-  tf_changes_ = tf_buffer_._addTransformsChangedListener([this] { buffer_.noteTfChanged(); });
   tf_receiver_.emplace(withQueue(nh_, tf_thread_.queue()), tf_buffer_);
   tf_thread_.start();
   if (!parameters_.fleet.robots.empty()) return mergeRobots();
@@ -151,7 +152,7 @@ void MappingNode::subscribe() {
   callbacks.arrived = [this](std::size_t source, const std_msgs::Header& header) {
     return ledger_.noteReceived(source, header);
   };
-  callbacks.take = [this](const SensorMessage& cloud) { buffer_.put(cloud); };
+  callbacks.take = [this](const SensorMessage& cloud) { clouds_.put(cloud); };
   callbacks.drop = [this](std::size_t source, const std::string& why) {
     ledger_.noteDropped(source, DropReason::kNoCameraInfo, why);
   };
@@ -168,7 +169,7 @@ void MappingNode::mergeRobots() {
     header.stamp = stampOf(observation);
     if (!ledger_.noteReceived(0, header)) return;
     if (!is_in_map) return drop(0, DropReason::kPaused);
-    ledger_.noteInserted(0, work_, 0.0);
+    ledger_.noteInserted(0, work_, {});
     forget(observation.update, header.stamp, 0);
   };
   merger_.emplace(nh_, withQueue(nh_, asking_threads_.queue()), parameters_, map_,
@@ -177,8 +178,8 @@ void MappingNode::mergeRobots() {
   asking_threads_.start();
 }
 
-CloudBuffer::Callbacks MappingNode::bufferCallbacks() {
-  CloudBuffer::Callbacks callbacks;
+CloudQueue::Callbacks MappingNode::queueCallbacks() {
+  CloudQueue::Callbacks callbacks;
   callbacks.find_poses = makeSearch(parameters_);
   callbacks.read_slices = [sources = sourcesOf(parameters_)](const SensorMessage& cloud) {
     return readSlices(cloud, sources.at(cloud.source));
@@ -196,7 +197,7 @@ CloudBuffer::Callbacks MappingNode::bufferCallbacks() {
   return callbacks;
 }
 
-CloudBuffer::FindPoses MappingNode::makeSearch(const NodeParameters& parameters) {
+CloudQueue::FindPoses MappingNode::makeSearch(const NodeParameters& parameters) {
   std::vector<PoseFrames> frames;
   for (const SourceParameters& source : sourcesOf(parameters)) {
     frames.emplace_back(parameters, source);
@@ -214,29 +215,32 @@ void MappingNode::mapClouds() {
 }
 
 bool MappingNode::mapNextCloud() {
-  const auto cloud = buffer_.waitNext();
+  const auto cloud = clouds_.waitNext();
   if (!cloud) return false;
   const std::lock_guard<FairMutex> lock(work_mutex_);
-  onCloudInTurn(cloud->message, cloud->poses);
+  onCloudInTurn(*cloud);
   return true;
 }
 
-void MappingNode::onCloudInTurn(const SensorMessage& cloud, const CloudPoses& poses) {
-  if (is_paused_.load()) return drop(cloud.source, DropReason::kPaused);
-  const ros::Time& stamp = cloud.header().stamp;
+void MappingNode::onCloudInTurn(const PosedCloud& cloud) {
+  const std::size_t source = cloud.message.source;
+  if (is_paused_.load()) return drop(source, DropReason::kPaused);
+  const ros::Time& stamp = cloud.message.header().stamp;
   if (!stamp.isZero() && stamp.toNSec() < first_stamp_ns_) {
-    return drop(cloud.source, DropReason::kBeforeJump);
+    return drop(source, DropReason::kBeforeJump);
   }
   try {
-    integrate(cloud, poses);
+    integrate(cloud);
   } catch (const std::exception& exception) {
-    ledger_.noteDropped(cloud.source, DropReason::kInternalError, exception.what());
+    ledger_.noteDropped(source, DropReason::kInternalError, exception.what());
   } catch (...) {
-    drop(cloud.source, DropReason::kInternalError);
+    drop(source, DropReason::kInternalError);
   }
 }
 
-void MappingNode::integrate(const SensorMessage& cloud, const CloudPoses& poses) {
+void MappingNode::integrate(const PosedCloud& posed) {
+  const SensorMessage& cloud = posed.message;
+  const CloudPoses& poses = posed.poses;
   Stopwatch whole;
   Source& source = sources_.at(cloud.source);
   std::optional<CloudError> error;
@@ -252,9 +256,10 @@ void MappingNode::integrate(const SensorMessage& cloud, const CloudPoses& poses)
   map_.integrate(cloud.header().stamp, taken, source.pipeline.sensorModel(),
                  poses.window_center_map, source.pipeline.takeKept(cloud.header().stamp, poses));
   work_.apply_time.add(stopwatch.lap());
-  ledger_.noteInserted(cloud.source, work_, 1e-3 * whole.lap());
+  ledger_.noteInserted(cloud.source, work_,
+                       {1e-3 * whole.lap(), steadySeconds() - posed.arrival_s});
   // The cloud is in the map: later failures do not count against it.
-  guard_.run("after a cloud", [&] { ledger_.giveAdvice(buffer_.hasNext()); });
+  guard_.run("after a cloud", [&] { ledger_.giveAdvice(clouds_.hasReady()); });
   forget(*update, cloud.header().stamp, cloud.source);
   guard_.run(kObservationsTopic, [&] {
     observation_publisher_.publish(cloud.header().stamp, poses.T_map_sensor.translation(),
@@ -286,7 +291,7 @@ void MappingNode::reconfigure(const NodeParameters& parameters) {
     const std::lock_guard<FairMutex> lock(work_mutex_);
     sources_.setParameters(parameters);
   }
-  buffer_.setSearch(makeSearch(parameters));
+  clouds_.setSearch(makeSearch(parameters));
   map_.edit([&](CuboidMap& map) { return map.setSensorModel(parameters.source.sensor_model); });
   map_.saveHead();
   post(publish_thread_.queue(), this, [this, parameters] {

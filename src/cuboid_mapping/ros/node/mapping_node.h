@@ -2,7 +2,6 @@
 #pragma once
 
 #include "cuboid_mapping/MoveMap.h"
-#include "cuboid_mapping/ros/clouds/cloud_buffer.h"
 #include "cuboid_mapping/ros/clouds/moving_filter.h"
 #include "cuboid_mapping/ros/clouds/node_sources.h"
 #include "cuboid_mapping/ros/diagnostics/cloud_ledger.h"
@@ -14,8 +13,9 @@
 #include "cuboid_mapping/ros/map/guarded_map.h"
 #include "cuboid_mapping/ros/map/map_storage.h"
 #include "cuboid_mapping/ros/map/phase_fair_mutex.h"
+#include "cuboid_mapping/ros/mapping/cloud_queue.h"
+#include "cuboid_mapping/ros/mapping/tf_buffer.h"
 #include "cuboid_mapping/ros/middleware/callback_guard.h"
-#include "cuboid_mapping/ros/middleware/tf_receiver.h"
 #include "cuboid_mapping/ros/octomap_server/octomap_server_interface.h"
 #include "cuboid_mapping/ros/octomap_server/robot_grid.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
@@ -30,9 +30,6 @@
 #include <ros/node_handle.h>
 #include <ros/service_server.h>
 #include <ros/wall_timer.h>
-#include <tf2_ros/buffer.h>
-
-#include <boost/signals2/connection.hpp>
 
 #include <atomic>
 #include <chrono>
@@ -49,9 +46,9 @@ namespace cuboid_mapping_ros {
 ///
 /// No exception leaves it: every callback comes from a GuardedQueue.
 ///
-/// Thread rule: one thread receives clouds and puts them into the CloudBuffer, another maps them one by one. tf
-/// has its own thread; queries and edits have several; publishing and corrected poses have one each. Diagnostics and changes of parameters come from the queue of the node handles, which must have one
-/// thread (a nodelet's getNodeHandle(), or a node's ros::spin()). The threads share the map, which is guarded,
+/// Thread rule: one thread receives clouds and puts them into the CloudQueue, another maps them one by one. tf
+/// has its own thread; queries and edits have several; publishing and corrected poses have one each. Diagnostics
+/// and changes of parameters come from the queue of the node handles, which must have one thread (a nodelet's getNodeHandle(), or a node's ros::spin()). The threads share the map, which is guarded,
 /// and work_mutex_.
 class MappingNode {
  public:
@@ -67,8 +64,8 @@ class MappingNode {
  private:
   using Clock = std::chrono::steady_clock;
 
-  [[nodiscard]] CloudBuffer::Callbacks bufferCallbacks();
-  [[nodiscard]] CloudBuffer::FindPoses makeSearch(const NodeParameters& parameters);
+  [[nodiscard]] CloudQueue::Callbacks queueCallbacks();
+  [[nodiscard]] CloudQueue::FindPoses makeSearch(const NodeParameters& parameters);
   /// Makes the robot's grid, and the timer of all topics of the map.
   void preparePublishing();
   void startDiagnostics();
@@ -77,8 +74,8 @@ class MappingNode {
   void mapClouds();
   /// Waits for a cloud and puts it into the map. @return false when the node ends.
   bool mapNextCloud();
-  void onCloudInTurn(const SensorMessage& cloud, const CloudPoses& poses);
-  void integrate(const SensorMessage& cloud, const CloudPoses& poses);
+  void onCloudInTurn(const PosedCloud& cloud);
+  void integrate(const PosedCloud& posed);
   /// Notes the voxels of a cloud, and forgets voxels that no cloud has seen for too long.
   void forget(const ScanUpdate& update, const ros::Time& stamp, std::size_t source);
   /// Publishes moving points. @return The part of the cloud that goes into the map.
@@ -155,13 +152,12 @@ class MappingNode {
   std::atomic<bool> is_publish_due_{false};  ///< Set after an edit.
   ros::WallTimer diagnostics_timer_;
 
-  tf2_ros::Buffer tf_buffer_;
+  TfBuffer tf_buffer_;
   MapInFrame map_in_frame_;
   std::vector<ros::ServiceServer> servers_;
   std::atomic<bool> is_paused_{false};
   std::optional<GridPublisher> robot_grid_;  ///< Only with a frame for it.
-  CloudBuffer buffer_;
-  boost::signals2::scoped_connection tf_changes_;
+  CloudQueue clouds_;
   std::optional<RobotMerger> merger_;
   std::optional<ReconfigureServer> reconfigure_server_;
   std::optional<MapFilesService> map_files_;

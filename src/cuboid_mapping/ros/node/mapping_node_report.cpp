@@ -62,8 +62,8 @@ void MappingNode::reportDiagnostics(diagnostic_updater::DiagnosticStatusWrapper&
   if (report.is_simulated_time && report.num_publishers > 0) {
     report.silence_s = ros::Time::now().toSec() - page.last_arrival.toSec();  // a bag may be paused
   }
-  report.num_out_of_order = buffer_.numOutOfOrder();
-  report.why_waiting = buffer_.whyItWaits();
+  report.why_waiting = clouds_.whyWaiting();
+  report.lag_s = page.lag_s;
   report.starved_s = seconds_since(page.last_progress);
   report.num_built = octomap_server_.numBuilt();
   for (std::size_t i = 0; i < page.sources.size(); ++i) {

@@ -206,13 +206,13 @@ std::vector<ParameterDeclaration> declareCrop() {
 std::vector<ParameterDeclaration> declareTopics() {
   return {
       {"queue_size", "clouds", integer(&P::queue_size, 1, 1000),
-       "Maximum number of waiting clouds of a source. New clouds are dropped when more have been "
-       "waiting for a second."},
-      {"queue_memory", "MB", integer(&P::queue_memory_mb, 1, 65536),
-       "Memory for clouds that wait for their turn or for tf. When it is full, new clouds are "
-       "dropped. One cloud may always wait."},
+       "Clouds of a source that may wait while the node maps others. If the node has been busy for "
+       "a second and more wait, the oldest is dropped: the map stays up to date."},
       {"tf_wait", "s", number(&P::tf_wait_s, 0.01, 3600.0),
        "A cloud is dropped if its transforms do not arrive within this time."},
+      {"tf_gap", "s", number(&P::tf_gap_s, 0.001, 86400.0),
+       "A cloud is dropped if it lies between two transforms of a frame that are farther apart: its "
+       "pose would be a guess."},
       {"publish_rate", "Hz", number(&P::publish_rate_hz, 0.01, 100.0),
        "Maximum rate of the map topics. They are published only after a change."},
       {"latch", "", boolean(&P::latch), "true: a new subscriber gets the current map at once."},
@@ -311,6 +311,13 @@ const std::vector<ParameterDeclaration>& parameterTable() {
     return table;
   }();
   return kTable;
+}
+
+const std::map<std::string, std::string>& mergedParameters() {
+  static const std::map<std::string, std::string> kMerged{
+      {"queue_memory", "queue_size limits the clouds that wait"},
+      {"order_wait", "clouds of several sources do not wait for each other; see queue_size"}};
+  return kMerged;
 }
 
 const std::map<std::string, std::string>& retiredParameters() {

@@ -46,6 +46,9 @@ struct ParameterDeclaration {
 /// Whether octomap_server has a parameter of this name.
 [[nodiscard]] bool isOfOctomapServer(const std::string& key);
 
+/// Parameters of earlier versions that have become part of others, which the warning names.
+[[nodiscard]] const std::map<std::string, std::string>& mergedParameters();
+
 /// Names that only octomap_server has, with the reason why this node does not need them.
 [[nodiscard]] const std::map<std::string, std::string>& octomapServerOnly();
 

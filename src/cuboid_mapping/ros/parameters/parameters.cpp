@@ -202,10 +202,11 @@ void judgeUnknownKey(const std::string& key, const XmlRpcValue& value, const Kno
     loaded.errors.push_back({key, "belongs to an earlier version: " + retired->second});
     return;
   }
-  const auto foreign = octomapServerOnly().find(key);
-  if (foreign != octomapServerOnly().end()) {
+  for (const auto* names : {&octomapServerOnly(), &mergedParameters()}) {
+    const auto ignored = names->find(key);
+    if (ignored == names->end()) continue;
     loaded.warnings.push_back(
-        {key, "is " + describe(value) + " and is ignored: " + foreign->second});
+        {key, "is " + describe(value) + " and is ignored: " + ignored->second});
     return;
   }
   const std::string text = describeUnknown(key, value, "there is no such", known.parameters);

@@ -213,8 +213,6 @@ struct NodeParameters {
       source;  ///< The only source; or the default parameters of the sources in the list.
   XmlRpc::XmlRpcValue source_list;        ///< List as given; not set: there is one source.
   std::vector<SourceParameters> sources;  ///< Sources from the list.
-  double order_wait_s =
-      0.2;  ///< Longest time that a cloud waits for earlier ones of other sources.
   /// Its sensor_model is that of `source`, see makeMapConfig().
   MapConfig map;
   ForgetClass forget_class = ForgetClass::kAll;
@@ -224,9 +222,9 @@ struct NodeParameters {
   double diagnostic_period_s = 1.0;  ///< Read by diagnostic_updater.
   int num_worker_threads = 0;        ///< Read by the node's own nodelet manager.
   bool ignores_unknown = false;      ///< Unknown keys are warnings, not errors.
-  int queue_size = 10;               ///< Clouds that may wait, on cloud_in and for a transform.
-  int queue_memory_mb = 256;         ///< Bound of the memory of clouds that wait, in MB.
+  int queue_size = 2;                ///< Clouds of a source that may wait for their turn.
   double tf_wait_s = 10.0;           ///< Longest time that a cloud waits for its transforms.
+  double tf_gap_s = 1.0;             ///< Longest time between two transforms of a frame.
   double publish_rate_hz = 1.0;      ///< Greatest rate of the map topics.
   bool latch = true;                 ///< Whether the map topics are latched.
   double keyframe_period_s = 10.0;   ///< Period of whole messages between differences; 0: none.

@@ -122,9 +122,6 @@ std::vector<ParameterDeclaration> declareSources() {
        "sensor_frame, forget_after, sensor_model/hit, miss, max_range, end_margin, min_range, "
        "no_return_range "
        "and no_return_points, filter_ground, ground_filter/*, pointcloud_*. See doc/sensors.md."},
-      {"order_wait", "s", number(&P::order_wait_s, 0.0, 10.0),
-       "Clouds of several sources enter the map in the order of their stamps. A cloud waits this "
-       "long, in wall time, for earlier ones of other sources."},
   };
 }
 

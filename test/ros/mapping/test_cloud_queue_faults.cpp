@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Fails each allocation: every cloud is handed on once, or dropped and counted once.
-#include "cuboid_mapping/ros/clouds/cloud_buffer.h"
+#include "cuboid_mapping/ros/mapping/cloud_queue.h"
 #include "support/failing_allocation.h"
 
 #include <gtest/gtest.h>
@@ -36,13 +36,13 @@ int tryEachAllocation(const TrialT& trial) {
   return num_trials;
 }
 
-/// Clouds in a buffer: some have poses, one waits for tf, one is too old for it, one has no frame.
+/// Clouds in a queue: some have poses, one waits for tf, one came before it, one has no frame.
 TEST(CloudFaults, LeaveNoCloudUncountedNorCountedTwice) {
   const int num_cases = tryEachAllocation([](long number) {
     bool has_failed = false;
     Counts counts;
     ros::Time now(1000.0);
-    CloudBuffer::Callbacks callbacks;
+    CloudQueue::Callbacks callbacks;
     callbacks.find_poses = [](const SensorMessage& cloud, const Slices&) {
       PoseSearch search;
       const std::string& frame_id = cloud.header().frame_id;
@@ -50,26 +50,26 @@ TEST(CloudFaults, LeaveNoCloudUncountedNorCountedTwice) {
         search.poses = CloudPoses{};
       } else {
         search.why = "a reason that does not fit into a string without an allocation";
-        search.is_too_old = frame_id == "old";
+        if (frame_id == "old") search.hopeless = DropReason::kBeforeTf;
       }
       return search;
     };
     callbacks.drop = [&](std::size_t, DropReason, const std::string&) { ++counts.dropped; };
     callbacks.now = [&now] { return now; };
-    CloudBuffer buffer({}, callbacks);
+    CloudQueue queue({}, callbacks);
     const std::vector<SensorMessage> clouds{makeCloud("lidar"),  makeCloud("old"),
                                             makeCloud("camera"), makeCloud("camera"),
                                             makeCloud("lidar"),  makeCloud("")};
     {
       const FailingAllocation failing(number);
-      for (const auto& cloud : clouds) buffer.put(cloud);
-      while (buffer.takeNext()) ++counts.handled;
+      for (const auto& cloud : clouds) queue.put(cloud);
+      while (queue.takeNext()) ++counts.handled;
       has_failed = FailingAllocation::hasFailed();
     }
-    while (buffer.takeNext()) ++counts.handled;
+    while (queue.takeNext()) ++counts.handled;
     now += ros::Duration(20.0);  // The cloud that waits for tf gives up.
-    while (buffer.takeNext()) ++counts.handled;
-    EXPECT_EQ(buffer.size(), 0U) << "allocation " << number;
+    while (queue.takeNext()) ++counts.handled;
+    EXPECT_EQ(queue.size(), 0U) << "allocation " << number;
     EXPECT_EQ(counts.total(), 6) << "allocation " << number;
     return has_failed;
   });

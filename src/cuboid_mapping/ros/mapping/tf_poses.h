@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "cuboid_mapping/ros/conversions/cloud_error.h"
 #include "cuboid_mapping/ros/conversions/sensor_conversions.h"
 #include "cuboid_mapping/ros/conversions/sweep.h"
+#include "cuboid_mapping/ros/mapping/tf_buffer.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
 
 #include <ros/time.h>
 #include <std_msgs/Header.h>
-#include <tf2/buffer_core.h>
 
 #include <Eigen/Geometry>
 
@@ -17,7 +18,7 @@
 
 namespace cuboid_mapping_ros {
 
-/// Poses of the sensor and of the robot's parts at the time of a cloud.
+/// Poses of the body that may be corrected, at the time of a cloud.
 struct BodyPoses {
   Eigen::Isometry3d T_map_body;
   Eigen::Isometry3d T_body_cloud;
@@ -67,28 +68,22 @@ struct PoseFrames {
 /// @complexity O(points).
 [[nodiscard]] Slices readSlices(const SensorMessage& cloud, const SourceParameters& source);
 
-/// The poses of a cloud at its stamp, and of its slices. Never waits. @param slices  Result of readSlices().
-/// @return Nothing unless tf has all of them: never a wrong pose. @param error  Says why.
-[[nodiscard]] std::optional<CloudPoses> lookupPoses(const tf2::BufferCore& tf,
-                                                    const PoseFrames& frames,
-                                                    const std_msgs::Header& header,
-                                                    const Slices& slices, std::string& error);
-
 /// Answer of tf for a cloud.
 struct PoseSearch {
-  std::optional<CloudPoses> poses;  ///< Found poses.
-  std::string why;                  ///< If not found: the cause, with the frames.
+  std::optional<CloudPoses> poses;
+  std::string why;  ///< If not found: the cause, with the frames.
+  /// If not found: kTfGap, or kBeforeTf if tf begins after the cloud, or has forgotten its time. Later
+  /// transforms do not help.
+  std::optional<DropReason> hopeless;
   /// If not found: time by which the cloud is later than the newest transforms; nothing if tf does not connect
   /// the frames.
   std::optional<double> lead_s;
-  bool is_too_old = false;  ///< If not found: whether tf has forgotten that time.
-
-  /// Whether a later cloud of this frame cannot have poses either.
-  [[nodiscard]] bool blocksLater() const { return !poses && !(lead_s && *lead_s <= 0.0); }
+  double cache_s = 0.0;  ///< Time that tf keeps.
 };
 
-/// Result of lookupPoses(), or the cause of its failure.
-[[nodiscard]] PoseSearch findPoses(tf2::BufferCore& tf, const PoseFrames& frames,
+/// The poses of a cloud at its stamp, and of its slices. Never waits. @param slices  Result of readSlices().
+/// @return No poses unless tf has all of them, without a gap: never a wrong pose.
+[[nodiscard]] PoseSearch findPoses(const TfBuffer& tf, const PoseFrames& frames,
                                    const std_msgs::Header& header, const Slices& slices);
 
 }  // namespace cuboid_mapping_ros

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/ros/clouds/cloud_poses.h"
+#include "cuboid_mapping/ros/mapping/tf_poses.h"
 
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 
 #include <algorithm>
 #include <exception>
+#include <sstream>
 #include <utility>
 
 namespace cuboid_mapping_ros {
@@ -13,14 +14,28 @@ namespace {
 /// Minimum stamp: with earlier ones, slices could lie before time begins.
 constexpr double kMinStamp_s = 2.0;
 
-std::optional<CloudPoses> lookupAt(const tf2::BufferCore& tf, const PoseFrames& frames,
+std::string describeGap(const TfGap& gap) {
+  std::ostringstream text;
+  text.precision(3);
+  text << "tf has no transform of '" << gap.frame_id << "' for " << gap.end_s - gap.begin_s << " s";
+  return text.str();
+}
+
+/// The poses at a time; otherwise the cause in the search.
+std::optional<CloudPoses> lookupAt(const TfBuffer& tf, const PoseFrames& frames,
                                    const std::string& cloud_frame_id, const ros::Time& stamp,
-                                   std::string& error) {
+                                   PoseSearch& search) {
   bool is_complete = true;
   const auto lookup_in = [&](const std::string& target, const std::string& frame_id) {
     const TfLookup result = lookupTransform(tf, target, frame_id, stamp);
-    if (!result.T_target_source && is_complete) error = result.error;
-    is_complete = is_complete && result.T_target_source;
+    if (is_complete && !result.T_target_source) {
+      search.why = result.error;
+      is_complete = false;
+    } else if (const auto gap = is_complete ? tf.findGap(target, frame_id, stamp) : std::nullopt) {
+      search.why = describeGap(*gap);
+      search.hopeless = DropReason::kTfGap;
+      is_complete = false;
+    }
     return result.T_target_source.value_or(Eigen::Isometry3d::Identity());
   };
   const auto lookup = [&](const std::string& frame_id) { return lookup_in(frames.map, frame_id); };
@@ -37,7 +52,7 @@ std::optional<CloudPoses> lookupAt(const tf2::BufferCore& tf, const PoseFrames& 
   const bool is_cloud_complete = is_complete;
   for (const std::string& part : frames.parts) poses.T_map_parts.push_back(lookup(part));
   if (is_complete) return poses;
-  if (is_cloud_complete) error += " (a frame of self_filter; see self_filter/ignored_links)";
+  if (is_cloud_complete) search.why += " (a frame of self_filter; see self_filter/ignored_links)";
   return std::nullopt;
 }
 
@@ -54,6 +69,44 @@ double newestStamp_s(const tf2::BufferCore& tf, const std::string& map_frame_id,
   const std::string target = withoutSlash(map_frame_id);
   if (source == target) return 0.0;
   return tf.lookupTransform(target, source, ros::Time()).header.stamp.toSec();
+}
+
+/// See PoseSearch::lead_s.
+std::optional<double> findLead_s(const tf2::BufferCore& tf, const PoseFrames& frames,
+                                 const std::string& cloud_frame_id, double stamp_s) {
+  std::vector<std::string> frame_ids = frames.needed();
+  frame_ids.push_back(cloud_frame_id);
+  std::optional<double> lead_s;
+  for (const std::string& frame_id : frame_ids) {
+    try {
+      const double newest_s = newestStamp_s(tf, frames.map, frame_id);
+      if (newest_s == 0.0) continue;
+      lead_s = std::max(lead_s.value_or(stamp_s - newest_s), stamp_s - newest_s);
+    } catch (const std::exception&) {
+      return std::nullopt;  // The frames are not connected, now.
+    }
+  }
+  return lead_s;
+}
+
+/// findPoses() without the cause in terms of time.
+PoseSearch lookupPoses(const TfBuffer& tf, const PoseFrames& frames, const std_msgs::Header& header,
+                       const Slices& slices) {
+  PoseSearch search;
+  auto poses = lookupAt(tf, frames, header.frame_id, header.stamp, search);
+  if (!poses) return search;
+  // The last slice first: tf may not have it yet.
+  for (auto slice = slices.rbegin(); slice != slices.rend(); ++slice) {
+    auto slice_poses =
+        lookupAt(tf, frames, header.frame_id, header.stamp + middleOf(*slice), search);
+    if (!slice_poses) return search;
+    if (poses->body) slice_poses->body = seenFrom(*poses->body, *slice_poses);
+    poses->slice_poses.push_back(*std::move(slice_poses));
+  }
+  std::reverse(poses->slice_poses.begin(), poses->slice_poses.end());
+  poses->slices = slices;
+  search.poses = std::move(poses);
+  return search;
 }
 
 }  // namespace
@@ -87,45 +140,18 @@ Slices readSlices(const SensorMessage& cloud, const SourceParameters& source) {
   return times_s ? findSlices(*times_s).value_or(Slices()) : Slices();
 }
 
-std::optional<CloudPoses> lookupPoses(const tf2::BufferCore& tf, const PoseFrames& frames,
-                                      const std_msgs::Header& header, const Slices& slices,
-                                      std::string& error) {
-  auto poses = lookupAt(tf, frames, header.frame_id, header.stamp, error);
-  if (!poses) return poses;
-  // The last slice first: tf may not have it yet.
-  for (auto slice = slices.rbegin(); slice != slices.rend(); ++slice) {
-    auto slice_poses =
-        lookupAt(tf, frames, header.frame_id, header.stamp + middleOf(*slice), error);
-    if (!slice_poses) return std::nullopt;
-    if (poses->body) slice_poses->body = seenFrom(*poses->body, *slice_poses);
-    poses->slice_poses.push_back(*std::move(slice_poses));
-  }
-  std::reverse(poses->slice_poses.begin(), poses->slice_poses.end());
-  poses->slices = slices;
-  return poses;
-}
-
-PoseSearch findPoses(tf2::BufferCore& tf, const PoseFrames& frames, const std_msgs::Header& header,
+PoseSearch findPoses(const TfBuffer& tf, const PoseFrames& frames, const std_msgs::Header& header,
                      const Slices& slices) {
-  PoseSearch search;
-  search.poses = lookupPoses(tf, frames, header, slices, search.why);
-  if (search.poses || header.stamp.isZero()) return search;
+  PoseSearch search = lookupPoses(tf, frames, header, slices);
+  if (search.poses || search.hopeless || header.stamp.isZero()) return search;
   const double last_s = slices.empty() ? 0.0 : middleOf(slices.back()).toSec();
-  const double stamp_s = header.stamp.toSec();
-  std::vector<std::string> frame_ids = frames.needed();
-  frame_ids.push_back(header.frame_id);
-  std::optional<double> lead_s;
-  for (const std::string& frame_id : frame_ids) {
-    try {
-      const double newest_s = newestStamp_s(tf, frames.map, frame_id);
-      if (newest_s == 0.0) continue;
-      search.is_too_old |= stamp_s < newest_s - tf.getCacheLength().toSec();
-      lead_s = std::max(lead_s.value_or(stamp_s + last_s - newest_s), stamp_s + last_s - newest_s);
-    } catch (const std::exception&) {
-      return search;  // The frames are not connected, now.
-    }
+  const auto lead_s = findLead_s(tf, frames, header.frame_id, header.stamp.toSec() + last_s);
+  if (lead_s && *lead_s <= 0.0) {
+    search = lookupPoses(tf, frames, header, slices);  // The transforms may have come just now.
+    if (!search.poses && !search.hopeless) search.hopeless = DropReason::kBeforeTf;
   }
   search.lead_s = lead_s;
+  search.cache_s = tf.cache_s();
   return search;
 }
 
