@@ -83,7 +83,7 @@ struct CuboidMapClient::Implementation {
     } else if (!incoming || !appendPart(message, *incoming)) {
       return;
     }
-    awaited_since = ros::WallTime::now();  // Missing parts are requested later.
+    awaited_since = ros::SteadyTime::now();  // Missing parts are requested later.
     if (incoming->part + 1 < incoming->num_parts) return;
     take(*std::exchange(incoming, std::nullopt));
   }
@@ -97,12 +97,12 @@ struct CuboidMapClient::Implementation {
 
   /// Whether the message of a node is ignored: the client follows the named node, or the first that it hears.
   bool isOfOtherServer(const std::string& name) {
-    const ros::WallTime now = ros::WallTime::now();
+    const ros::SteadyTime now = ros::SteadyTime::now();
     const std::string named = nh.resolveName(server_name);
     const bool is_kept =
         heard_server == named || now - heard < ros::WallDuration(kServerPatience_s);
     if (!heard_server.empty() && name != heard_server && name != named && is_kept) {
-      if (now - said_other < ros::WallDuration(kReminderPeriod_s)) return true;
+      if (!said_other.isZero() && now - said_other < ros::WallDuration(kReminderPeriod_s)) return true;
       said_other = now;
       ROS_WARN_STREAM("two nodes publish " << image_subscriber.getTopic() << ": " << heard_server
                                            << ", which is followed, and " << name
@@ -125,7 +125,7 @@ struct CuboidMapClient::Implementation {
   }
 
   void take(const ImageMessage& message) {
-    awaited_since = ros::WallTime();
+    awaited_since = ros::SteadyTime();
     is_behind = false;
     // Only this thread changes the follower; readers wait for the exchange only.
     if (isOld(message)) return;
@@ -176,14 +176,14 @@ struct CuboidMapClient::Implementation {
   /// asking for it, too, would fetch the map twice.
   bool isImageOnItsWay(const MapDelta& delta) {
     if (follower.map() != nullptr && delta.instance == follower.instance()) return false;
-    const ros::WallTime now = ros::WallTime::now();
+    const ros::SteadyTime now = ros::SteadyTime::now();
     if (awaited_since.isZero()) awaited_since = now;
     return now - awaited_since < ros::WallDuration(kImagePatience_s);
   }
 
   /// Says so if neither a message nor the service of the named server is there.
   void noticeMissingServer() {
-    const ros::WallTime now = ros::WallTime::now();
+    const ros::SteadyTime now = ros::SteadyTime::now();
     if (!heard_server.empty() || now < missing_due) return;
     missing_due = now + ros::WallDuration(kMissingPeriod_s);
     const std::string service = nh.resolveName(getMapName());
@@ -196,7 +196,7 @@ struct CuboidMapClient::Implementation {
   void askIfNoImageCame() {
     noticeMissingServer();
     if (awaited_since.isZero()) return;
-    if (ros::WallTime::now() - awaited_since < ros::WallDuration(kImagePatience_s)) return;
+    if (ros::SteadyTime::now() - awaited_since < ros::WallDuration(kImagePatience_s)) return;
     askForImage();
   }
 
@@ -210,7 +210,7 @@ struct CuboidMapClient::Implementation {
     const bool has_all = has_part ? get_map.callForRest(getMapName(), message, error)
                                   : get_map.call(getMapName(), detail, message, error);
     if (has_all) return take(message);
-    awaited_since = ros::WallTime::now();
+    awaited_since = ros::SteadyTime::now();
     ROS_WARN_STREAM_THROTTLE(10.0, "cannot follow the map: " << error
                                                              << "; it is asked for again, or comes "
                                                                 "with a keyframe on "
@@ -238,12 +238,12 @@ struct CuboidMapClient::Implementation {
   bool is_updated = false;               ///< Updates have arrived since the last keyframe.
   bool is_behind = false;                ///< Updates were lost.
   std::string heard_server;              ///< The followed server, ...
-  ros::WallTime heard;                   ///< ... and the last time it was heard.
-  ros::WallTime said_other;              ///< Last time another server was logged.
-  ros::WallTime missing_due =            ///< Time of the next look for a missing server.
-      ros::WallTime::now() + ros::WallDuration(kServerPatience_s);
+  ros::SteadyTime heard;                   ///< ... and the last time it was heard.
+  ros::SteadyTime said_other;              ///< Last time another server was logged.
+  ros::SteadyTime missing_due =            ///< Time of the next look for a missing server.
+      ros::SteadyTime::now() + ros::WallDuration(kServerPatience_s);
   CuboidMap nothing;                      ///< Empty map before the first image.
-  ros::WallTime awaited_since;            ///< Start of the wait for a sent image; zero: none.
+  ros::SteadyTime awaited_since;            ///< Start of the wait for a sent image; zero: none.
   std::deque<DeltaMessage> early_deltas;  ///< Updates that arrived before the image.
   ros::WallTimer image_timer;
   ros::Subscriber delta_subscriber;
@@ -272,10 +272,10 @@ bool CuboidMapClient::hasMap() const {
 }
 
 bool CuboidMapClient::waitForMap(const ros::WallDuration& timeout) const {
-  const ros::WallTime start = ros::WallTime::now();
+  const ros::SteadyTime start = ros::SteadyTime::now();
   double reminder_s = kImagePatience_s;
   while (!hasMap() && ros::ok()) {
-    const double waited_s = (ros::WallTime::now() - start).toSec();
+    const double waited_s = (ros::SteadyTime::now() - start).toSec();
     const bool is_over = waited_s >= timeout.toSec();
     if (is_over || waited_s >= reminder_s) {
       implementation_->sayWhatIsMissing();

@@ -42,7 +42,7 @@ void CallbackGuard::noteFailure(const std::string& name, const char* what) noexc
     const std::lock_guard<std::mutex> lock(mutex_);
     ++num_failures_;
     const std::string text = name + ": " + what;
-    const ros::WallTime now = ros::WallTime::now();
+    const ros::SteadyTime now = ros::SteadyTime::now();
     const bool is_repeated =
         text == last_failure_ && now - last_logged_ < ros::WallDuration(kLogPeriod_s);
     last_failure_ = text;

@@ -47,7 +47,7 @@ class CallbackGuard {
   mutable std::mutex mutex_;
   std::uint64_t num_failures_ = 0;
   std::string last_failure_;
-  ros::WallTime last_logged_;
+  ros::SteadyTime last_logged_;
 };
 
 /// Passes callbacks on to another queue, each within a guard: subscriptions, services, connections,

@@ -91,12 +91,12 @@ void GridPublisher::publish() {
 
 void GridPublisher::publishKeyframe() {
   if (!owes_keyframe_ || !sent_ || keyframe_period_.isZero()) return;
-  if (ros::WallTime::now() - last_whole_ >= keyframe_period_) publishWhole(*sent_);
+  if (ros::SteadyTime::now() - last_whole_ >= keyframe_period_) publishWhole(*sent_);
 }
 
 void GridPublisher::publishWhole(const nav_msgs::OccupancyGrid& grid) {
   topic_.publish(grid);
-  last_whole_ = ros::WallTime::now();
+  last_whole_ = ros::SteadyTime::now();
   owes_keyframe_ = false;
 }
 

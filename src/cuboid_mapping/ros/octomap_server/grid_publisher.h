@@ -54,7 +54,7 @@ class GridPublisher {
   std::multiset<std::string> nodes_;             ///< Subscribed to the grid, once per connection.
   std::multiset<std::string> update_nodes_;      ///< Nodes that subscribe to updates.
   bool owes_keyframe_ = false;
-  ros::WallTime last_whole_;
+  ros::SteadyTime last_whole_;
   ros::WallDuration keyframe_period_;
   // Last members: their callbacks use the others.
   LatchedTopic<map_msgs::OccupancyGridUpdate> updates_topic_;

@@ -76,17 +76,17 @@ void MapImageServer::onTimer() {
     outgoing_.assign(image.parts.begin(), image.parts.end());
     keyframe_revision_ = image.revision();
     next_keyframe_ = std::max(image.good_until,
-                              ros::WallTime::now() + ros::WallDuration(options_.keyframe_period_s));
+                              ros::SteadyTime::now() + ros::WallDuration(options_.keyframe_period_s));
   }
 }
 
 bool MapImageServer::isKeyframeDue() const {
   return options_.keyframe_period_s > 0.0 && keyframe_revision_ != updated_revision_ &&
-         ros::WallTime::now() >= next_keyframe_;
+         ros::SteadyTime::now() >= next_keyframe_;
 }
 
 MapImageServer::Kept& MapImageServer::current(MapDetail detail) {
-  const ros::WallTime start = ros::WallTime::now();
+  const ros::SteadyTime start = ros::SteadyTime::now();
   for (Kept& kept : kept_) {
     const bool is_current = kept.revision() >= updated_revision_ && start < kept.good_until;
     if (kept.detail != detail || !is_current) continue;
@@ -97,13 +97,13 @@ MapImageServer::Kept& MapImageServer::current(MapDetail detail) {
   if (Kept* const kept = find(detail, whole.image.revision)) return *kept;
   std::vector<Message> parts = makeParts(whole);
   if (kept_.size() == kKept) kept_.pop_front();
-  const ros::WallTime end = ros::WallTime::now();
+  const ros::SteadyTime end = ros::SteadyTime::now();
   kept_.push_back({detail, std::move(parts), end, end + (end - start) * (1.0 / kShareOfTime)});
   return kept_.back();
 }
 
 void MapImageServer::forgetOld() {
-  const ros::WallTime now = ros::WallTime::now();
+  const ros::SteadyTime now = ros::SteadyTime::now();
   const auto is_old = [now](const Kept& kept) {
     return now - kept.used > ros::WallDuration(kKeptFor_s);
   };
@@ -149,7 +149,7 @@ void MapImageServer::answer(const GetMap::Request& request, GetMap::Response& re
 MapImageServer::Kept* MapImageServer::find(MapDetail detail, std::uint64_t revision) {
   for (Kept& kept : kept_) {
     if (kept.detail != detail || kept.revision() != revision) continue;
-    kept.used = ros::WallTime::now();
+    kept.used = ros::SteadyTime::now();
     return &kept;
   }
   return nullptr;

@@ -67,8 +67,8 @@ class MapImageServer {
   struct Kept {
     MapDetail detail;
     std::vector<Message> parts;
-    ros::WallTime used;
-    ros::WallTime good_until;  ///< Later for an image that took longer to make.
+    ros::SteadyTime used;
+    ros::SteadyTime good_until;  ///< Later for an image that took longer to make.
     [[nodiscard]] std::uint64_t revision() const { return parts.front().revision; }
   };
 
@@ -90,7 +90,7 @@ class MapImageServer {
   std::atomic<bool> is_publish_due_{false};
   std::deque<Message> outgoing_;         ///< Unsent parts of a keyframe.
   std::uint64_t keyframe_revision_ = 0;  ///< Revision of the last keyframe.
-  ros::WallTime next_keyframe_;          ///< Earliest time of the next one.
+  ros::SteadyTime next_keyframe_;          ///< Earliest time of the next one.
   GuardedThread thread_;
   ros::ServiceServer server_;
   std::optional<LatchedTopic<Message>> topic_;

@@ -14,7 +14,7 @@ MarkerPublisher::MarkerPublisher(const ros::NodeHandle& nh, CuboidFilter filter,
       is_latched_(parameters.latch),
       cache_(map.grid(), makeStyle(parameters, filter)),
       keyframe_period_(parameters.keyframe_period_s),
-      last_picture_(ros::WallTime::now()),
+      last_picture_(ros::SteadyTime::now()),
       topic_(
           nh, filter == CuboidFilter::kFree ? kFreeCuboidsTopic : kOccupiedCuboidsTopic, kQueueSize,
           parameters.latch, [this](const auto& listener) { onConnect(listener); },
@@ -37,7 +37,7 @@ void MarkerPublisher::publish() {
 
 bool MarkerPublisher::isKeyframeDue() const {
   return owes_keyframe_ && !keyframe_period_.isZero() &&
-         ros::WallTime::now() - last_picture_ >= keyframe_period_;
+         ros::SteadyTime::now() - last_picture_ >= keyframe_period_;
 }
 
 void MarkerPublisher::publishDifference() {
@@ -55,7 +55,7 @@ void MarkerPublisher::publishDifference() {
 void MarkerPublisher::publishPicture() {
   topic_.publish(cache_.makePicture(header_));
   is_picture_due_ = owes_keyframe_ = false;
-  last_picture_ = ros::WallTime::now();
+  last_picture_ = ros::SteadyTime::now();
 }
 
 void MarkerPublisher::onConnect(const ros::SingleSubscriberPublisher& listener) {

@@ -68,7 +68,7 @@ class MarkerPublisher {
   bool is_picture_due_ = false;  ///< The picture replaces the next difference.
   bool owes_keyframe_ = false;   ///< Differences have been sent since the last picture.
   ros::WallDuration keyframe_period_;
-  ros::WallTime last_picture_;
+  ros::SteadyTime last_picture_;
   LatchedTopic<visualization_msgs::MarkerArray> topic_;  ///< Last: its callbacks use the others.
 };
 

@@ -85,7 +85,7 @@ void PoseCorrections::correct(const nav_msgs::Path& path, const CorrectionRule& 
                               std::optional<double> ignored_shift_m,
                               CorrectPoses::Response& response) {
   std::string error;
-  const ros::WallTime begin = ros::WallTime::now();
+  const ros::SteadyTime begin = ros::SteadyTime::now();
   try {
     const PoseTrack poses = readPath(path);
     if (ignored_shift_m &&
@@ -98,7 +98,7 @@ void PoseCorrections::correct(const nav_msgs::Path& path, const CorrectionRule& 
   } catch (const std::exception& exception) {
     error = exception.what();
   }
-  response.seconds = (ros::WallTime::now() - begin).toSec();
+  response.seconds = (ros::SteadyTime::now() - begin).toSec();
   response.info = makeInfo(map_, frame_id_, error);
   if (!error.empty()) {
     constexpr double kPeriod_s = 10.0;  // A topic may repeat its messages.
