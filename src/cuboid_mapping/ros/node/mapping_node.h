@@ -48,8 +48,8 @@ namespace cuboid_mapping_ros {
 ///
 /// Thread rule: one thread receives clouds and puts them into the CloudQueue, another maps them one by one. tf
 /// has its own thread; queries and edits have several; publishing and corrected poses have one each. Diagnostics
-/// and changes of parameters come from the queue of the node handles, which must have one thread (a nodelet's getNodeHandle(), or a node's ros::spin()). The threads share the map, which is guarded,
-/// and work_mutex_.
+/// and changes of parameters come from the queue of the node handles, which must have one thread (a nodelet's
+/// getNodeHandle(), or a node's ros::spin()). The threads share the map, which is guarded, and work_mutex_.
 class MappingNode {
  public:
   /// @param parameters  Valid, see readParameters().
