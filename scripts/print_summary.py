@@ -95,8 +95,8 @@ def print_drops(watcher):
     for key, value in watcher.figures.items():
         if key.startswith(prefix) and value != '0':
             print(f'dropped      {value} ({key[len(prefix):]})')
-    if 'advice' in watcher.figures:
-        print('advice      ', watcher.figures['advice'])
+    if 'next step' in watcher.figures:
+        print('advice      ', watcher.figures['next step'])
 
 
 def print_summary(watcher):

@@ -165,27 +165,12 @@ std::vector<std::string> findTopics(const BagTopics& topics, const NodeParameter
       (others.empty() ? "They have: " + describeAll(topics) : "Try " + others));
 }
 
-/// Whether a frame is fixed in the world by REP 105, so that it is no sensor's.
-bool isWorldFrame(const std::string& frame_id) {
-  const std::set<std::string> fixed{"map", "odom", "world", "earth", "utm"};
-  return fixed.count(frame_id) > 0;
-}
-
 /// Notes on the topics that are used, and on the others.
 std::vector<std::string> makeNotes(const BagTopics& topics, const NodeParameters& parameters,
                                    const std::vector<std::string>& names) {
   std::vector<std::string> notes;
   for (const std::string& name : names) {
-    const BagTopic& topic = *topics.find(name);
-    notes.push_back("takes " + describeTopic(name, topic));
-    const bool is_in_map = topic.frame_id == withoutSlash(parameters.frame_id);
-    if (!parameters.source.sensor_frame.empty() || !(is_in_map || isWorldFrame(topic.frame_id)))
-      continue;
-    notes.push_back("warning: " + name + " is in the frame '" + topic.frame_id +
-                    "', in which nothing moves. If it is a recorded map, leave it out; if it has "
-                    "transformed clouds of a sensor, set sensor_frame: otherwise beams start at "
-                    "the origin of '" +
-                    topic.frame_id + "'");
+    notes.push_back("takes " + describeTopic(name, *topics.find(name)));
   }
   for (const auto& [name, topic] : topics.all()) {
     if (std::find(names.begin(), names.end(), name) != names.end()) continue;

@@ -116,6 +116,8 @@ struct NodeStatus {
     const auto value = values.find(key);
     return value == values.end() ? -1 : std::stol(value->second);
   }
+  /// A count that is only there once it is not 0.
+  [[nodiscard]] long count(const std::string& key) const { return std::max(0L, number(key)); }
 };
 
 /// Listens to the diagnostics of a node.
@@ -190,7 +192,7 @@ class NodeTest : public ::testing::Test {
 
   /// Increase of a number of the diagnostics in this test.
   [[nodiscard]] long countNew(const std::string& key) const {
-    return diagnostics_.status().number(key) - start_.number(key);
+    return diagnostics_.status().count(key) - start_.count(key);
   }
 
   void publishTf(const geometry_msgs::TransformStamped& transform) {

@@ -346,7 +346,7 @@ class OtherInputsTest(unittest.TestCase):
         self.assertIn('warning: leaves /laser_cloud_surround', said)
         self.assertEqual(self.voxels(), set(ROW))
         said = self.map_records([recorded])
-        self.assertIn('warning: /laser_cloud_surround is in the frame \'map\'', said)
+        self.assertIn('warning: /laser_cloud_surround: the clouds are in the frame \'map\'', said)
 
     def test_the_root_of_the_transforms_is_taken_or_named(self):
         records = [('/tf_static', make_tf('odom', 'lidar'), 0.0)] + clouds(make_cloud(ROW))

@@ -102,7 +102,8 @@ struct CuboidMapClient::Implementation {
     const bool is_kept =
         heard_server == named || now - heard < ros::WallDuration(kServerPatience_s);
     if (!heard_server.empty() && name != heard_server && name != named && is_kept) {
-      if (!said_other.isZero() && now - said_other < ros::WallDuration(kReminderPeriod_s)) return true;
+      if (!said_other.isZero() && now - said_other < ros::WallDuration(kReminderPeriod_s))
+        return true;
       said_other = now;
       ROS_WARN_STREAM("two nodes publish " << image_subscriber.getTopic() << ": " << heard_server
                                            << ", which is followed, and " << name
@@ -238,12 +239,12 @@ struct CuboidMapClient::Implementation {
   bool is_updated = false;               ///< Updates have arrived since the last keyframe.
   bool is_behind = false;                ///< Updates were lost.
   std::string heard_server;              ///< The followed server, ...
-  ros::SteadyTime heard;                   ///< ... and the last time it was heard.
-  ros::SteadyTime said_other;              ///< Last time another server was logged.
-  ros::SteadyTime missing_due =            ///< Time of the next look for a missing server.
+  ros::SteadyTime heard;                 ///< ... and the last time it was heard.
+  ros::SteadyTime said_other;            ///< Last time another server was logged.
+  ros::SteadyTime missing_due =          ///< Time of the next look for a missing server.
       ros::SteadyTime::now() + ros::WallDuration(kServerPatience_s);
   CuboidMap nothing;                      ///< Empty map before the first image.
-  ros::SteadyTime awaited_since;            ///< Start of the wait for a sent image; zero: none.
+  ros::SteadyTime awaited_since;          ///< Start of the wait for a sent image; zero: none.
   std::deque<DeltaMessage> early_deltas;  ///< Updates that arrived before the image.
   ros::WallTimer image_timer;
   ros::Subscriber delta_subscriber;

@@ -71,5 +71,17 @@ TEST(CloudChecks, PointsTooFarForBeamsAreNamedWithTheCure) {
   }
 }
 
+TEST(CloudChecks, CloudsInAFrameThatIsNoSensorsAreNamedOnce) {
+  CloudChecks checks(false, kNoLimits);
+  checks.noteFrame("lidar", "site");
+  EXPECT_TRUE(checks.takeWarnings().empty());
+  checks.noteFrame("/site", "site");
+  const std::vector<std::string> warnings = checks.takeWarnings();
+  ASSERT_EQ(warnings.size(), 1U);
+  EXPECT_NE(warnings[0].find("set sensor_frame"), std::string::npos) << warnings[0];
+  checks.noteFrame("odom", "site");
+  EXPECT_TRUE(checks.takeWarnings().empty());
+}
+
 }  // namespace
 }  // namespace cuboid_mapping_ros

@@ -297,6 +297,47 @@ TEST(Diagnostics, CuboidsAreNotCountedAllTheTime) {
   EXPECT_EQ(now_s, before_s + 101.0) << "nothing has changed: nothing is counted";
 }
 
+TEST(Diagnostics, EmptyCloudsAreNoFault) {
+  const NodeReport last = makeReport(5, 5);
+  NodeReport report = makeReport(9, 5);
+  report.statistics.numDropped(DropReason::kNoPoints) = 3;
+  report.statistics.numDropped(DropReason::kNoValidPoints) = 1;
+  report.starved_s = kMaxStarved_s + 1.0;
+  EXPECT_TRUE(isOk(summarize(report, last.statistics)));
+  EXPECT_EQ(report.statistics.numDropped(), 0U);
+  EXPECT_EQ(report.statistics.numWaiting(), 0U);
+  report = makeReport(4, 0);
+  report.statistics.numDropped(DropReason::kNoValidPoints) = 4;
+  const ReportSummary summary = summarize(report, {});
+  EXPECT_TRUE(isOk(summary));
+  expectWords(summary, {"4 clouds had no valid point", "nothing covers the sensor"});
+}
+
+TEST(Diagnostics, CloudsBeforeTheFirstTransformAreNoFault) {
+  NodeReport report = makeReport(9, 5);
+  report.statistics.numDropped(DropReason::kBeforeTf) = 4;
+  EXPECT_TRUE(isOk(summarize(report, makeReport(5, 5).statistics)));
+  report.statistics.num_received += 1;
+  report.statistics.numDropped(DropReason::kTfGap) = 1;
+  expectWarning(summarize(report, makeReport(5, 5).statistics), {"in a gap of tf: 1", "tf_gap"});
+}
+
+TEST(Diagnostics, WhatHasNotOccurredHasNoKey) {
+  NodeReport report = makeReport(5, 4);
+  report.statistics.numDropped(DropReason::kShortData) = 1;
+  report.lag_s = 0.25;
+  diagnostic_updater::DiagnosticStatusWrapper status;
+  fillStatus(report, {}, status);
+  std::map<std::string, std::string> values;
+  for (const auto& value : status.values) values[value.key] = value.value;
+  EXPECT_EQ(values["clouds dropped, short data"], "1");
+  EXPECT_EQ(values["map behind [s]"], "0.250");
+  for (const char* key : {"clouds dropped, queue full", "clouds empty, no points", "paused",
+                          "points filtered", "callbacks failed", "next step"}) {
+    EXPECT_EQ(values.count(key), 0U) << key;
+  }
+}
+
 TEST(Diagnostics, EveryReasonHasItsOwnKeyAndAdvice) {
   NodeReport report = makeReport(175, 10);
   for (std::size_t i = 0; i < kNumDropReasons; ++i) report.statistics.num_dropped[i] = i + 1;
@@ -317,12 +358,13 @@ TEST(Diagnostics, EveryReasonHasItsOwnKeyAndAdvice) {
   EXPECT_EQ(values.size(), status.values.size()) << "no key twice";
   for (std::size_t i = 0; i < kNumDropReasons; ++i) {
     const auto reason = static_cast<DropReason>(i);
-    EXPECT_EQ(values[std::string("clouds dropped, ") + toString(reason)], std::to_string(i + 1));
+    const std::string prefix = isEmpty(reason) ? "clouds empty, " : "clouds dropped, ";
+    EXPECT_EQ(values[prefix + toString(reason)], std::to_string(i + 1));
     EXPECT_GT(std::string(toAdvice(reason)).size(), 20U);
   }
   EXPECT_EQ(values["clouds received"], "175");
   EXPECT_EQ(values["clouds inserted"], "10");
-  EXPECT_EQ(values["clouds dropped"], "153");
+  EXPECT_EQ(values["clouds dropped"], "144");
   EXPECT_EQ(values["clouds waiting"], "12");
   EXPECT_EQ(values["clouds waiting, oldest"], "map <- lidar");
   EXPECT_EQ(values["convert time last [ms]"], "4.000");

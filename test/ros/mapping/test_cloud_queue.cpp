@@ -148,7 +148,8 @@ TEST_F(CloudQueueTest, BurstsAfterAnotherCostNothingWhileTheNodeIsIdleInBetween)
 TEST_F(CloudQueueTest, CloudsThatCameWhileTheMapWasHeldAreLostButTheNewest) {
   put(1);
   EXPECT_EQ(takeAll(1), (Ids{1}));
-  for (unsigned id = 2; id <= 40; ++id, clock_s_ += 0.1) put(id);  // A service holds the map for 4 s.
+  for (unsigned id = 2; id <= 40; ++id, clock_s_ += 0.1)
+    put(id);  // A service holds the map for 4 s.
   EXPECT_EQ(takeAll(), (Ids{38, 39, 40}));
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Streams of clouds and of tf with delays and own clocks, in simulated time: which clouds are mapped.
+#include "cuboid_mapping/ros/diagnostics/cloud_ledger.h"
 #include "cuboid_mapping/ros/mapping/cloud_queue.h"
 
 #include <gtest/gtest.h>
@@ -7,6 +8,7 @@
 #include <boost/make_shared.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <map>
 #include <memory>
@@ -64,6 +66,14 @@ class CloudStreams : public ::testing::Test {
     for (int i = 0; i < 2000; ++i, time_s_ += 0.01) work(free_s, work_s);
   }
 
+  /// As a node that starts again.
+  void restart() {
+    time_s_ = -2.0;
+    tf_.clear();
+    texts_.clear();
+    lags_s_.clear();
+  }
+
   void work(double& free_s, double work_s) {
     while (time_s_ >= free_s) {
       const auto next = clouds_->takeNext();
@@ -111,7 +121,7 @@ class CloudStreams : public ::testing::Test {
   NodeParameters parameters_;
   double time_s_ = -2.0;
   std::size_t num_bytes_ = 0;
-  TfBuffer tf_{ros::Duration(20.0), 1.0};
+  TfBuffer tf_{ros::Duration(25.0), 1.0};  // tf_wait and 10 s.
   std::vector<int> num_inserted_;
   std::vector<double> lags_s_;  ///< Age of each cloud when it is in the map.
   std::vector<int> num_sent_;
@@ -191,14 +201,13 @@ TEST_F(CloudStreams, ANodeThatIsTooSlowMapsAsManyAsItCan) {
 TEST_F(CloudStreams, AMapUnderLoadIsNeverFartherBehindThanTwoClouds) {
   for (const double load : {0.5, 2.0, 10.0}) {
     for (const std::size_t num_sources : {1, 3}) {
-      time_s_ = -2.0;
-      lags_s_.clear();
-      tf_.clear();
+      restart();
       const double work_s = 0.1 * load / static_cast<double>(num_sources);
       run(std::vector<Stream>(num_sources, {10.0}), {50.0}, 30.0, {}, work_s);
       // tf has the pose up to 20 ms after a cloud, and time passes in steps of 10 ms.
       const double bound_s = 2.0 * 0.1 + static_cast<double>(num_sources) * work_s + 0.05;
-      EXPECT_LT(*std::max_element(lags_s_.begin(), lags_s_.end()), bound_s) << load << " times the load";
+      EXPECT_LT(*std::max_element(lags_s_.begin(), lags_s_.end()), bound_s)
+          << load << " times the load";
       EXPECT_EQ(num_inserted_ == num_sent_, load < 1.0);
     }
   }
@@ -218,6 +227,59 @@ TEST_F(CloudStreams, CloudsBeforeTheFirstTransformAreNamedSo) {
   run({{10.0, 0.0, 0.0, -1.5}}, {50.0}, 5.0);
   EXPECT_EQ((num_dropped_[{0, DropReason::kBeforeTf}]), 5);
   EXPECT_EQ(num_inserted_[0], num_sent_[0] - 5);
+}
+
+/// What the first drop says, and that its advice is the cure.
+TEST_F(CloudStreams, RaisingTfWaitIsTheCureOfTransformsThatComeTooLate) {
+  const Stream late{50.0, 0.0, 12.0};
+  run({{10.0}}, late, 20.0);
+  EXPECT_EQ(num_inserted_[0], 0);
+  EXPECT_NE(texts_.at(0).find("raise tf_wait (now 10 s)"), std::string::npos) << texts_[0];
+  restart();
+  run({{10.0}}, late, 20.0, {1, 2, 15.0});
+  EXPECT_EQ(num_inserted_, num_sent_);
+}
+
+TEST_F(CloudStreams, SynchronizingTheClocksIsTheCureOfStampsThatAreAhead) {
+  run({{10.0, 60.0}}, {50.0}, 5.0);
+  EXPECT_NE(texts_.at(0).find("synchronize the clocks"), std::string::npos) << texts_[0];
+  restart();
+  run({{10.0, 0.0}}, {50.0}, 5.0);
+  EXPECT_EQ(num_inserted_, num_sent_);
+}
+
+TEST_F(CloudStreams, ACorrectedClockIsTheCureOfCloudsThatAreTooOldForTf) {
+  run({{10.0, -60.0}}, {50.0}, 5.0);
+  EXPECT_NE(texts_.at(0).find("check the sensor's clock"), std::string::npos) << texts_[0];
+  restart();
+  run({{10.0, 0.0}}, {50.0}, 5.0);
+  EXPECT_EQ(num_inserted_, num_sent_);
+}
+
+TEST_F(CloudStreams, RaisingTfGapIsTheCureOfTransformsThatComeRarely) {
+  const Stream rare{0.4};
+  run({{10.0}}, rare, 20.0);
+  EXPECT_NE(texts_.at(0).find("raise tf_gap"), std::string::npos) << texts_[0];
+  restart();
+  tf_.setMaxGap(3.0);
+  run({{10.0}}, rare, 20.0);
+  EXPECT_EQ(num_inserted_, num_sent_);
+}
+
+/// The time of a cloud grows with the cube of the range in voxels, as the advice assumes.
+TEST_F(CloudStreams, TheAdvisedResolutionIsTheCureOfANodeThatIsTooSlow) {
+  const auto work_s = [](double resolution_m) { return 0.6 * std::pow(0.05 / resolution_m, 3.0); };
+  run({{10.0}}, {50.0}, 10.0, {}, work_s(0.05));
+  EXPECT_NE(texts_.at(0).find("coarser resolution"), std::string::npos) << texts_[0];
+  SpeedWatch watch(0.05);
+  for (int i = 0; i < 5; ++i) watch.noteReceived(0.1 * i);
+  watch.noteInserted(work_s(0.05), 30.0);
+  const std::string advice = watch.advice().value_or("");
+  const std::size_t at = advice.find("try resolution ");
+  ASSERT_NE(at, std::string::npos) << advice;
+  restart();
+  run({{10.0}}, {50.0}, 10.0, {}, work_s(std::stod(advice.substr(at + 15))));
+  EXPECT_EQ(num_inserted_, num_sent_) << advice;
 }
 
 }  // namespace

@@ -56,6 +56,7 @@ MapConfig makeMapConfig(const NodeParameters& parameters) {
 
 CloudPipeline::CloudPipeline(const NodeParameters& parameters, const SourceParameters& source)
     : source_(source),
+      map_frame_id_(parameters.frame_id),
       self_filter_(parameters.self_filter),
       grid_(parameters.map.resolution_m),
       max_beam_m_(kMaxBeamVoxels * parameters.map.resolution_m),
@@ -92,6 +93,7 @@ const ScanUpdate* CloudPipeline::compute(const SensorMessage& cloud, const Cloud
   const Eigen::Vector3d sensor_cloud = options.T_cloud_sensor.translation();
   statistics.reach_m = findReach(points, sensor_cloud, max_beam_m_);
   checks_.note(points, sensor_cloud);
+  if (source_.sensor_frame.empty()) checks_.noteFrame(cloud.header().frame_id, map_frame_id_);
   scans_ = makeScans(cloud, points, poses, statistics);
   if (poses.body) scans_ = keep(std::move(scans_), poses.body->T_map_body, statistics);
   statistics.convert_time.add(stopwatch.lap());

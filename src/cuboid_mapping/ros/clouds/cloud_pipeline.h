@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cuboid_mapping/ros/mapping/tf_poses.h"
 #include "cuboid_mapping/ros/conversions/cloud_checks.h"
 #include "cuboid_mapping/ros/conversions/cloud_conversions.h"
 #include "cuboid_mapping/ros/conversions/sensor_conversions.h"
 #include "cuboid_mapping/ros/diagnostics/node_statistics.h"
 #include "cuboid_mapping/ros/map/kept_history.h"
+#include "cuboid_mapping/ros/mapping/tf_poses.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
 #include "cuboid_mapping/scan/scan_filter.h"
 #include "cuboid_mapping/scan/scan_update.h"
@@ -15,6 +15,7 @@
 
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace cuboid_mapping_ros {
@@ -83,6 +84,7 @@ class CloudPipeline {
                                              NodeStatistics& statistics) const;
 
   SourceParameters source_;
+  std::string map_frame_id_;
   SelfFilterParameters self_filter_;
   Grid grid_;
   double max_beam_m_;

@@ -71,7 +71,7 @@ std::size_t NodeSources::numPublishers() const {
 }
 
 std::string NodeSources::findWrongTypes() {
-  const std::vector<CloudLedger::Source> noted = ledger_.page().sources;
+  const std::vector<CloudLedger::Source> noted = ledger_.figures().sources;
   std::optional<std::map<std::string, std::string>> types;
   std::set<std::string> others;
   for (std::size_t i = 0; i < subscribers_.size(); ++i) {
@@ -106,7 +106,7 @@ void NodeSources::addDiagnostics(diagnostic_updater::Updater& diagnostics) {
 
 void NodeSources::report(std::size_t source, diagnostic_updater::DiagnosticStatusWrapper& status) {
   if (source >= subscribers_.size()) return;  // The node is just starting, or stopping.
-  const CloudLedger::Source noted = ledger_.page().sources.at(source);
+  const CloudLedger::Source noted = ledger_.figures().sources.at(source);
   const std::chrono::duration<double> silence = CloudLedger::Clock::now() - noted.last_received;
   SourceReport report;
   report.statistics = noted.statistics;
@@ -150,7 +150,10 @@ void fillStatus(const SourceReport& report, const SourceStatistics& last_report,
   status.add("messages received", report.statistics.num_received);
   status.add("messages inserted", report.statistics.num_inserted);
   status.add("messages dropped", report.statistics.num_dropped);
-  status.add("messages ignored, max_rate", report.statistics.num_ignored);
+  if (report.statistics.num_empty > 0) status.add("messages empty", report.statistics.num_empty);
+  if (report.statistics.num_ignored > 0) {
+    status.add("messages ignored, max_rate", report.statistics.num_ignored);
+  }
   if (report.rate_hz) status.addf("rate [Hz]", "%.2f", *report.rate_hz);
 }
 

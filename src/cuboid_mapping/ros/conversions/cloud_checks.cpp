@@ -2,10 +2,12 @@
 #include "cuboid_mapping/ros/conversions/cloud_checks.h"
 
 #include "cuboid_mapping/io/text.h"
+#include "cuboid_mapping/ros/middleware/tf_lookup.h"
 
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <set>
 #include <utility>
 
 namespace cuboid_mapping_ros {
@@ -55,6 +57,18 @@ void CloudChecks::note(const CloudPoints& cloud, const Eigen::Vector3d& sensor_c
   checkOneRange();
   checkLimits();
   checkUnit(ranges_m);
+}
+
+void CloudChecks::noteFrame(const std::string& frame_id, const std::string& map_frame_id) {
+  static const std::set<std::string> kFixed{"map", "odom", "world", "earth", "utm"};
+  const std::string name = withoutSlash(frame_id);
+  if (name != withoutSlash(map_frame_id) && kFixed.count(name) == 0) return;
+  warnOnce("frame",
+           "the clouds are in the frame '" + name +
+               "', in which nothing moves. If they are a recorded map, leave them out; if "
+               "they are transformed clouds of a sensor, set sensor_frame: otherwise beams "
+               "start at the origin of '" +
+               name + "'");
 }
 
 std::vector<std::string> CloudChecks::takeWarnings() { return std::exchange(warnings_, {}); }

@@ -20,7 +20,7 @@ struct RangeLimits {
 };
 
 /// Finds implausible readings of one source: a range that a tenth of all points have, depths that no camera
-/// measures, hardly a point within the limits, and warnings of the conversion. Reports each once.
+/// measures, hardly a point within the limits, a frame that no sensor has, and warnings of the conversion. Reports each once.
 ///
 /// One depth of a tenth of the pixels may be a wall across the view. It is only reported if it is the greatest,
 /// and no other depth comes near it, as far clips of simulated cameras are.
@@ -31,6 +31,10 @@ class CloudChecks {
 
   /// @param sensor_cloud  Start of the beams. @complexity O(1): reads a sample of the points.
   void note(const CloudPoints& cloud, const Eigen::Vector3d& sensor_cloud);
+
+  /// Notes the frame of a cloud whose beams start at its origin. Reports frames that no sensor has: the map's,
+  /// and those that REP 105 fixes in the world.
+  void noteFrame(const std::string& frame_id, const std::string& map_frame_id);
 
   /// Findings since the last call, with their cure.
   [[nodiscard]] std::vector<std::string> takeWarnings();

@@ -34,6 +34,11 @@ enum class DropReason : unsigned char {
 constexpr std::size_t kNumCloudDefects = 8;
 constexpr std::size_t kNumDropReasons = 17;
 
+/// Whether a message that is left out for this reason has nothing to map: that is no fault.
+[[nodiscard]] constexpr bool isEmpty(DropReason reason) {
+  return reason == DropReason::kNoPoints || reason == DropReason::kNoValidPoints;
+}
+
 /// A short name for diagnostics, such as "no x/y/z fields".
 [[nodiscard]] const char* toString(DropReason reason);
 

@@ -85,52 +85,58 @@ CloudLedger::CloudLedger(const NodeParameters& parameters)
   for (const SourceParameters& source : sourcesOf(parameters)) {
     rate_limits_.emplace_back(source.max_rate_hz);
   }
-  page_.sources.resize(rate_limits_.size());
-  page_.last_received = page_.last_progress = Clock::now();
+  figures_.sources.resize(rate_limits_.size());
+  figures_.last_received = figures_.last_progress = Clock::now();
 }
 
 bool CloudLedger::noteReceived(std::size_t source, const std_msgs::Header& header) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  Source& of = page_.sources.at(source);
-  of.last_received = page_.last_received = Clock::now();
+  Source& of = figures_.sources.at(source);
+  of.last_received = figures_.last_received = Clock::now();
   if (!rate_limits_.at(source).allows(header.stamp)) {
     ++of.statistics.num_ignored;
     return false;
   }
   ++of.statistics.num_received;
-  if (page_.statistics.num_received++ == 0) page_.last_progress = page_.last_received;
-  page_.last_source = source;
-  page_.last_arrival = ros::Time::now();
-  page_.last_header = header;
+  if (figures_.statistics.num_received++ == 0) figures_.last_progress = figures_.last_received;
+  figures_.last_source = source;
+  figures_.last_arrival = ros::Time::now();
+  figures_.last_header = header;
   speed_watch_.noteReceived(header.stamp.toSec(), source);
   return true;
 }
 
-void CloudLedger::noteInserted(std::size_t source, const NodeStatistics& work,
-                               const Times& times) {
+void CloudLedger::noteInserted(std::size_t source, const NodeStatistics& work, const Times& times) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  ++page_.sources.at(source).statistics.num_inserted;
-  page_.last_progress = Clock::now();
-  page_.statistics.takeWork(work);
-  ++page_.statistics.num_inserted;
-  page_.lag_s = times.lag_s;
+  ++figures_.sources.at(source).statistics.num_inserted;
+  figures_.last_progress = Clock::now();
+  figures_.statistics.takeWork(work);
+  ++figures_.statistics.num_inserted;
+  figures_.lag_s = times.lag_s;
   speed_watch_.noteInserted(times.work_s, work.reach_m, source);
 }
 
 void CloudLedger::noteDropped(std::size_t source, DropReason reason,
                               const std::string& text) noexcept {
   const std::lock_guard<std::mutex> lock(mutex_);
-  ++page_.statistics.numDropped(reason);
-  SourceStatistics& statistics = page_.sources.at(source).statistics;
-  ++statistics.num_dropped;
+  ++figures_.statistics.numDropped(reason);
+  SourceStatistics& statistics = figures_.sources.at(source).statistics;
+  ++(isEmpty(reason) ? statistics.num_empty : statistics.num_dropped);
+  if (isEmpty(reason)) figures_.last_progress = Clock::now();
   try {
-    statistics.last_drop = std::string(toString(reason)) + ": " + toAdvice(reason);
+    if (!isEmpty(reason)) {
+      statistics.last_drop = std::string(toString(reason)) + ": " + toAdvice(reason);
+    }
     if (text.empty() || !isDue(last_logged_[static_cast<std::size_t>(reason)])) return;
-    std::string why = text;
-    if (reason == DropReason::kQueueFull) why = speed_watch_.advice().value_or(text);
-    ROS_WARN_STREAM_NAMED(kNodeName, "cloud dropped, " << toString(reason) << ": " << why << " ("
-                                                       << page_.statistics.numDropped(reason)
-                                                       << " for this reason so far)");
+    std::ostringstream line;
+    line << (isEmpty(reason) ? "cloud without content, " : "cloud dropped, ") << toString(reason)
+         << ": " << (reason == DropReason::kQueueFull ? speed_watch_.advice().value_or(text) : text)
+         << " (" << figures_.statistics.numDropped(reason) << " for this reason so far)";
+    if (isEmpty(reason) || reason == DropReason::kBeforeTf) {
+      ROS_INFO_STREAM_NAMED(kNodeName, line.str());
+    } else {
+      ROS_WARN_STREAM_NAMED(kNodeName, line.str());
+    }
   } catch (...) {
     // There is no memory for the text; the drop is counted.
   }
@@ -160,14 +166,14 @@ void CloudLedger::setParameters(const NodeParameters& parameters) {
   }
 }
 
-CloudLedger::Page CloudLedger::page() const {
+CloudLedger::Figures CloudLedger::figures() const {
   const std::lock_guard<std::mutex> lock(mutex_);
-  Page page = page_;
-  for (std::size_t i = 0; i < page.sources.size(); ++i) {
-    page.sources[i].rate_hz = speed_watch_.rateHz(i);
+  Figures figures = figures_;
+  for (std::size_t i = 0; i < figures.sources.size(); ++i) {
+    figures.sources[i].rate_hz = speed_watch_.rateHz(i);
   }
-  if (is_behind_) page.speed_advice = speed_watch_.advice();
-  return page;
+  if (is_behind_) figures.speed_advice = speed_watch_.advice();
+  return figures;
 }
 
 SpeedWatch::SpeedWatch(double resolution_m, double max_range_m, std::size_t num_sources)

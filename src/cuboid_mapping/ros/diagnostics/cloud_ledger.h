@@ -77,7 +77,8 @@ struct SourceStatistics {
   std::uint64_t num_ignored = 0;   ///< ... which are counted here.
   std::uint64_t num_inserted = 0;
   std::uint64_t num_dropped = 0;
-  std::string last_drop;  ///< Reason and cure of the last drop; empty: none was dropped.
+  std::uint64_t num_empty = 0;  ///< Messages with nothing to map.
+  std::string last_drop;        ///< Reason and cure of the last drop; empty: none was dropped.
 };
 
 /// Counts each message on arrival, and its outcome, so that every lost cloud has a reason. Thread-safe.
@@ -92,15 +93,16 @@ class CloudLedger {
   };
 
   /// A copy of all counts.
-  struct Page {
+  struct Figures {
     NodeStatistics statistics;
     std::vector<Source> sources;
     std_msgs::Header last_header;  ///< Header of the last message, ...
     std::size_t last_source = 0;   ///< ... its source, ...
     ros::Time last_arrival;        ///< ... and its arrival.
     Clock::time_point last_received;
-    Clock::time_point last_progress;  ///< Time of the last insertion, or of the first cloud.
-    double lag_s = 0.0;           ///< Of the last cloud in the map.
+    Clock::time_point
+        last_progress;   ///< Time of the last insertion or empty cloud, or of the first cloud.
+    double lag_s = 0.0;  ///< Of the last cloud in the map.
     std::optional<std::string> speed_advice;
   };
 
@@ -127,11 +129,11 @@ class CloudLedger {
   /// Sets parameters that were changed while the node runs.
   void setParameters(const NodeParameters& parameters);
 
-  [[nodiscard]] Page page() const;
+  [[nodiscard]] Figures figures() const;
 
  private:
   mutable std::mutex mutex_;
-  Page page_;
+  Figures figures_;
   std::vector<RateLimit> rate_limits_;
   SpeedWatch speed_watch_;
   bool is_behind_ = false;

@@ -19,6 +19,12 @@ std::uint64_t countNew(const NodeReport& report, const NodeStatistics& last, Dro
   return report.statistics.numDropped(reason) - last.numDropped(reason);
 }
 
+/// Clouds dropped since the last report; those before the first transform are no fault.
+std::uint64_t countNewFaults(const NodeReport& report, const NodeStatistics& last) {
+  return report.statistics.numDropped() - last.numDropped() -
+         countNew(report, last, DropReason::kBeforeTf);
+}
+
 /// Frames of the clouds and of the map.
 std::string describeFrames(const NodeReport& report) {
   std::ostringstream text;
@@ -82,7 +88,7 @@ std::string describeDrops(const NodeReport& report, const NodeStatistics& last) 
   for (std::size_t i = 0; i < kNumDropReasons; ++i) {
     const auto reason = static_cast<DropReason>(i);
     const std::uint64_t count = countNew(report, last, reason);
-    if (count == 0) continue;
+    if (count == 0 || isEmpty(reason)) continue;
     text << separator << toString(reason) << ": " << count;
     separator = ", ";
     if (count > countNew(report, last, most_frequent)) most_frequent = reason;
@@ -97,8 +103,15 @@ ReportLevel levelOfFault(const NodeReport& report) {
 }
 
 std::string describeMap(const NodeReport& report) {
-  return counted(report.map.cuboids.total(), "cuboid") + " from " +
-         counted(report.statistics.num_inserted, "cloud");
+  const NodeStatistics& statistics = report.statistics;
+  std::string text = counted(report.map.cuboids.total(), "cuboid") + " from " +
+                     counted(statistics.num_inserted, "cloud");
+  if (statistics.num_inserted == 0 && statistics.numEmpty() > 0) {
+    text += "; " + counted(statistics.numEmpty(), "cloud") +
+            " had no valid point: check that nothing covers the sensor, and any filters before "
+            "this node";
+  }
+  return text;
 }
 
 ReportSummary summarizeSilence(const NodeReport& report) {
@@ -150,10 +163,13 @@ void addWindow(const NodeReport& report, diagnostic_updater::DiagnosticStatusWra
   status.add("topics show", window.num_on_disk_only > 0 ? "the part in memory" : "the whole map");
   status.add("window parts read", window.num_loads);
   status.add("window parts written", window.num_writes);
-  status.add("window parts forgotten", window.num_forgotten);
-  status.add("window bricks refused", window.num_refused);
-  status.add("window bricks lost to unreadable parts", window.num_unreadable);
-  status.add("window failures", window.num_failures);
+  const auto add_if_any = [&status](const char* key, std::uint64_t count) {
+    if (count > 0) status.add(key, count);
+  };
+  add_if_any("window parts forgotten", window.num_forgotten);
+  add_if_any("window bricks refused", window.num_refused);
+  add_if_any("window bricks lost to unreadable parts", window.num_unreadable);
+  add_if_any("window failures", window.num_failures);
   if (window.num_failures > 0) status.add("window failures, last", window.last_failure);
   if (report.num_new_window_failures > 0) {
     status.mergeSummary(diagnostic_msgs::DiagnosticStatus::ERROR,
@@ -206,7 +222,7 @@ ReportSummary summarize(const NodeReport& report, const NodeStatistics& last_rep
             (report.other_topics.empty() ? ""
                                          : ". Published with this type: " + report.other_topics)};
   }
-  if (now.numDropped() != last_report.numDropped()) {
+  if (countNewFaults(report, last_report) > 0) {
     const bool is_wanted = countNew(report, last_report, DropReason::kPaused) > 0;
     return {is_wanted ? ReportLevel::kWarning : levelOfFault(report),
             describeDrops(report, last_report)};
@@ -293,7 +309,10 @@ void fillStatus(const NodeReport& report, const NodeStatistics& last_report,
   status.summary(static_cast<unsigned char>(summary.level), summary.message);
 
   const NodeStatistics& statistics = report.statistics;
-  status.add("paused", report.is_paused);
+  const auto add_if_any = [&status](const std::string& key, std::uint64_t count) {
+    if (count > 0) status.add(key, count);
+  };
+  if (report.is_paused) status.add("paused", true);
   status.add("clouds received", statistics.num_received);
   status.add("clouds inserted", statistics.num_inserted);
   status.add("clouds waiting", statistics.numWaiting());
@@ -301,22 +320,24 @@ void fillStatus(const NodeReport& report, const NodeStatistics& last_report,
   status.add("clouds dropped", statistics.numDropped());
   for (std::size_t i = 0; i < kNumDropReasons; ++i) {
     const auto reason = static_cast<DropReason>(i);
-    status.add(std::string("clouds dropped, ") + toString(reason), statistics.numDropped(reason));
+    add_if_any(
+        (isEmpty(reason) ? "clouds empty, " : "clouds dropped, ") + std::string(toString(reason)),
+        statistics.numDropped(reason));
   }
   status.addf("map behind [s]", "%.3f", report.lag_s);
   status.add("points inserted", statistics.num_points);
-  status.add("points NaN or without return", statistics.num_invalid);
-  status.add("points with an odd time", statistics.num_odd_times);
-  status.add("points filtered", statistics.num_filtered);
-  status.add("points on the robot", statistics.num_on_robot);
-  status.add("points out of range", statistics.num_out_of_range);
-  status.add("points too far", statistics.num_too_far);
+  add_if_any("points NaN or without return", statistics.num_invalid);
+  add_if_any("points with an odd time", statistics.num_odd_times);
+  add_if_any("points filtered", statistics.num_filtered);
+  add_if_any("points on the robot", statistics.num_on_robot);
+  add_if_any("points out of range", statistics.num_out_of_range);
+  add_if_any("points too far", statistics.num_too_far);
   if (report.last_cloud) addLastCloud(report, status);
   for (const SourceRate& rate : report.rates) {
     status.addf(rate.name.empty() ? "cloud rate [Hz]" : "cloud rate of " + rate.name + " [Hz]",
                 "%.2f", rate.rate_hz);
   }
-  if (report.speed_advice) status.add("advice", *report.speed_advice);
+  if (report.speed_advice) status.add("next step", *report.speed_advice);
   status.addf("cloud reach [m]", "%.1f", statistics.reach_m);
   addStage("convert", statistics.convert_time, status);
   addStage("ray walk", statistics.ray_walk_time, status);
@@ -329,8 +350,8 @@ void fillStatus(const NodeReport& report, const NodeStatistics& last_report,
   status.add("map revision", report.map.revision);
   if (report.window) addWindow(report, status);
   if (report.kept) addKept(report, status);
-  status.add("octomap_server messages built", report.num_built);
-  status.add("callbacks failed", report.num_failures);
+  add_if_any("octomap_server messages built", report.num_built);
+  add_if_any("callbacks failed", report.num_failures);
   if (report.num_failures > 0) status.add("callbacks failed, last", report.last_failure);
   if (report.num_new_failures > 0) {
     status.mergeSummary(DiagnosticStatus::ERROR,

@@ -76,10 +76,10 @@ struct NodeReport {
   std::optional<HistoryFigures> kept;         ///< Kept clouds; only with keep_clouds.
   std::string kept_error;                     ///< See KeptHistory::error().
   std::size_t num_publishers = 0;             ///< Publishers of the cloud topics.
-  std::string wrong_types;  ///< See describeWrongType(); set only before the first message.
-  std::string
-      other_topics;  ///< See NodeSources::findOtherTopics(); set only before the first message.
-  double lag_s = 0.0;  ///< Time from the arrival of the last cloud in the map until it was in the map.
+  std::string wrong_types;   ///< See describeWrongType(); set only before the first message.
+  std::string other_topics;  ///< See NodeSources::otherTopics(); set only before the first message.
+  double lag_s =
+      0.0;  ///< Time from the arrival of the last cloud in the map until it was in the map.
   std::string why_waiting;         ///< Reason why the oldest cloud waits for tf; empty: none waits.
   bool is_simulated_time = false;  ///< use_sim_time, as with bags.
   bool is_paused = false;          ///< ~pause: clouds are ignored.
@@ -115,7 +115,8 @@ struct ReportSummary {
 ///   - the map could not be saved to autosave_file: error;
 ///   - no cloud has ever come: warning, or error if a topic is published with another type;
 ///   - clouds were dropped since the last report: warning with the most frequent reason, or
-///     error if none was inserted for kMaxStarved_s;
+///     error if none was inserted for kMaxStarved_s. Empty clouds, and those before the first transform, are
+///     no fault;
 ///   - clouds wait for tf, as at the last report, and none was inserted since: the same levels;
 ///   - no cloud for kMaxSilence_s: warning, or error after kErrorSilence_s. With simulated time and no
 ///     publisher left, the recording has ended, and all is well. If all clouds were dropped, the message says
@@ -130,7 +131,7 @@ struct ReportSummary {
 /// Advice for dropped clouds, as a clause that follows "dropped: ".
 [[nodiscard]] const char* toAdvice(DropReason reason);
 
-/// Writes a report with one key for each figure. It is an error, whatever summarize() says, if callbacks or the
+/// Writes a report with one key for each figure; counts of faults only if they have occurred. It is an error, whatever summarize() says, if callbacks or the
 /// store of a window have failed since the last report.
 void fillStatus(const NodeReport& report, const NodeStatistics& last_report,
                 diagnostic_updater::DiagnosticStatusWrapper& status);

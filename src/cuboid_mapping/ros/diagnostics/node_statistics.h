@@ -86,13 +86,17 @@ struct NodeStatistics {
     taken.num_dropped = num_dropped;
     *this = taken;
   }
-  /// Number of dropped clouds, over all reasons.
+  /// Number of clouds with nothing to map.
+  [[nodiscard]] std::uint64_t numEmpty() const {
+    return numDropped(DropReason::kNoPoints) + numDropped(DropReason::kNoValidPoints);
+  }
+  /// Number of dropped clouds, over all reasons, without empty ones.
   [[nodiscard]] std::uint64_t numDropped() const {
-    return std::accumulate(num_dropped.begin(), num_dropped.end(), std::uint64_t{0});
+    return std::accumulate(num_dropped.begin(), num_dropped.end(), std::uint64_t{0}) - numEmpty();
   }
   /// Received clouds that wait for tf, or for their turn.
   [[nodiscard]] std::uint64_t numWaiting() const {
-    return num_received - num_inserted - numDropped();
+    return num_received - num_inserted - numDropped() - numEmpty();
   }
 };
 

@@ -71,22 +71,38 @@ double newestStamp_s(const tf2::BufferCore& tf, const std::string& map_frame_id,
   return tf.lookupTransform(target, source, ros::Time()).header.stamp.toSec();
 }
 
-/// See PoseSearch::lead_s.
-std::optional<double> findLead_s(const tf2::BufferCore& tf, const PoseFrames& frames,
-                                 const std::string& cloud_frame_id, double stamp_s) {
+/// Time by which a cloud is later than the newest transform of one of its frames.
+struct Lead {
+  std::string frame_id;
+  double lead_s = 0.0;
+};
+
+/// The greatest lead; nothing if all transforms are static, or tf does not connect the frames.
+std::optional<Lead> findLead(const tf2::BufferCore& tf, const PoseFrames& frames,
+                             const std::string& cloud_frame_id, double stamp_s) {
   std::vector<std::string> frame_ids = frames.needed();
   frame_ids.push_back(cloud_frame_id);
-  std::optional<double> lead_s;
+  std::optional<Lead> greatest;
   for (const std::string& frame_id : frame_ids) {
     try {
       const double newest_s = newestStamp_s(tf, frames.map, frame_id);
       if (newest_s == 0.0) continue;
-      lead_s = std::max(lead_s.value_or(stamp_s - newest_s), stamp_s - newest_s);
+      if (!greatest || stamp_s - newest_s > greatest->lead_s) {
+        greatest = Lead{withoutSlash(frame_id), stamp_s - newest_s};
+      }
     } catch (const std::exception&) {
       return std::nullopt;  // The frames are not connected, now.
     }
   }
-  return lead_s;
+  return greatest;
+}
+
+std::string describeLead(const Lead& lead, const std::string& map_frame_id) {
+  std::ostringstream text;
+  text.precision(3);
+  text << "the newest transform from '" << lead.frame_id << "' to '" << withoutSlash(map_frame_id)
+       << "' is " << lead.lead_s << " s older than the cloud";
+  return text.str();
 }
 
 /// findPoses() without the cause in terms of time.
@@ -145,12 +161,14 @@ PoseSearch findPoses(const TfBuffer& tf, const PoseFrames& frames, const std_msg
   PoseSearch search = lookupPoses(tf, frames, header, slices);
   if (search.poses || search.hopeless || header.stamp.isZero()) return search;
   const double last_s = slices.empty() ? 0.0 : middleOf(slices.back()).toSec();
-  const auto lead_s = findLead_s(tf, frames, header.frame_id, header.stamp.toSec() + last_s);
-  if (lead_s && *lead_s <= 0.0) {
+  const auto lead = findLead(tf, frames, header.frame_id, header.stamp.toSec() + last_s);
+  if (lead && lead->lead_s > 0.0) {
+    search.why = describeLead(*lead, frames.map);
+  } else if (lead) {
     search = lookupPoses(tf, frames, header, slices);  // The transforms may have come just now.
     if (!search.poses && !search.hopeless) search.hopeless = DropReason::kBeforeTf;
   }
-  search.lead_s = lead_s;
+  if (lead) search.lead_s = lead->lead_s;
   search.cache_s = tf.cache_s();
   return search;
 }

@@ -103,7 +103,7 @@ class MappingNode {
   /// @param jump  Stamp of the first poses in the new frame; 0: now.
   [[nodiscard]] StorageAnswer moveMap(const Eigen::Isometry3d& T_new_old, const ros::Time& jump);
   void drop(std::size_t source, DropReason reason) noexcept;
-  [[nodiscard]] LastCloud describeLastCloud(const CloudLedger::Page& page);
+  [[nodiscard]] LastCloud describeLastCloud(const CloudLedger::Figures& figures);
   /// Logs once that nobody publishes clouds, after kMaxSilence_s.
   void warnOfSilence(const NodeReport& report);
   void reportDiagnostics(diagnostic_updater::DiagnosticStatusWrapper& status);

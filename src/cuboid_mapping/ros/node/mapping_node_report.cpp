@@ -10,14 +10,14 @@
 
 namespace cuboid_mapping_ros {
 
-LastCloud MappingNode::describeLastCloud(const CloudLedger::Page& page) {
+LastCloud MappingNode::describeLastCloud(const CloudLedger::Figures& figures) {
   LastCloud cloud;
-  cloud.frame_id = page.last_header.frame_id;
-  cloud.has_stamp = !page.last_header.stamp.isZero();
+  cloud.frame_id = figures.last_header.frame_id;
+  cloud.has_stamp = !figures.last_header.stamp.isZero();
   // ros::Duration would throw beyond 2^31 s.
-  cloud.age_s = page.last_arrival.toSec() - page.last_header.stamp.toSec();
+  cloud.age_s = figures.last_arrival.toSec() - figures.last_header.stamp.toSec();
   const PoseSearch search =
-      findPoses(tf_buffer_, sources_.at(page.last_source).frames, page.last_header, {});
+      findPoses(tf_buffer_, sources_.at(figures.last_source).frames, figures.last_header, {});
   cloud.tf_error = search.why;
   cloud.tf_lead_s = search.lead_s;
   return cloud;
@@ -36,8 +36,8 @@ void MappingNode::reportDiagnostics(diagnostic_updater::DiagnosticStatusWrapper&
     return std::chrono::duration<double>(Clock::now() - time).count();
   };
   NodeReport report;
-  const CloudLedger::Page page = ledger_.page();
-  report.statistics = page.statistics;
+  const CloudLedger::Figures figures = ledger_.figures();
+  report.statistics = figures.statistics;
   report.map = map_.read([this](const CuboidMap& map) { return map_watch_.summarize(map); });
   report.window = map_.windowFigures();
   if (report.window) {
@@ -50,7 +50,7 @@ void MappingNode::reportDiagnostics(diagnostic_updater::DiagnosticStatusWrapper&
   }
   report.cloud_topic = merger_ ? merger_->topics() : sources_.topics();
   report.frame_id = withoutSlash(parameters_.frame_id);
-  if (page.statistics.num_received > 0) report.last_cloud = describeLastCloud(page);
+  if (figures.statistics.num_received > 0) report.last_cloud = describeLastCloud(figures);
   report.is_simulated_time = ros::Time::isSimTime();
   report.is_paused = is_paused_;
   report.num_publishers = merger_ ? merger_->numPublishers() : sources_.numPublishers();
@@ -58,19 +58,20 @@ void MappingNode::reportDiagnostics(diagnostic_updater::DiagnosticStatusWrapper&
     report.wrong_types = sources_.findWrongTypes();
     report.other_topics = sources_.otherTopics();
   }
-  report.silence_s = seconds_since(page.last_received);
+  report.silence_s = seconds_since(figures.last_received);
   if (report.is_simulated_time && report.num_publishers > 0) {
-    report.silence_s = ros::Time::now().toSec() - page.last_arrival.toSec();  // a bag may be paused
+    report.silence_s =
+        ros::Time::now().toSec() - figures.last_arrival.toSec();  // a bag may be paused
   }
   report.why_waiting = clouds_.whyWaiting();
-  report.lag_s = page.lag_s;
-  report.starved_s = seconds_since(page.last_progress);
+  report.lag_s = figures.lag_s;
+  report.starved_s = seconds_since(figures.last_progress);
   report.num_built = octomap_server_.numBuilt();
-  for (std::size_t i = 0; i < page.sources.size(); ++i) {
-    const std::string name = page.sources.size() == 1 ? "" : nameOf(sources_.at(i).parameters);
-    if (page.sources[i].rate_hz) report.rates.push_back({name, *page.sources[i].rate_hz});
+  for (std::size_t i = 0; i < figures.sources.size(); ++i) {
+    const std::string name = figures.sources.size() == 1 ? "" : nameOf(sources_.at(i).parameters);
+    if (figures.sources[i].rate_hz) report.rates.push_back({name, *figures.sources[i].rate_hz});
   }
-  report.speed_advice = page.speed_advice;
+  report.speed_advice = figures.speed_advice;
   report.autosave_error = map_files_->autosaveError();
   report.num_failures = guard_.numFailures();
   report.num_new_failures = report.num_failures - num_reported_failures_;
@@ -78,7 +79,7 @@ void MappingNode::reportDiagnostics(diagnostic_updater::DiagnosticStatusWrapper&
   num_reported_failures_ = report.num_failures;
   warnOfSilence(report);
   fillStatus(report, reported_statistics_, status);
-  reported_statistics_ = page.statistics;
+  reported_statistics_ = figures.statistics;
 }
 
 }  // namespace cuboid_mapping_ros

@@ -75,8 +75,8 @@ void MapImageServer::onTimer() {
     const Kept& image = current(options_.topic_detail);
     outgoing_.assign(image.parts.begin(), image.parts.end());
     keyframe_revision_ = image.revision();
-    next_keyframe_ = std::max(image.good_until,
-                              ros::SteadyTime::now() + ros::WallDuration(options_.keyframe_period_s));
+    next_keyframe_ = std::max(
+        image.good_until, ros::SteadyTime::now() + ros::WallDuration(options_.keyframe_period_s));
   }
 }
 

@@ -90,7 +90,7 @@ class MapImageServer {
   std::atomic<bool> is_publish_due_{false};
   std::deque<Message> outgoing_;         ///< Unsent parts of a keyframe.
   std::uint64_t keyframe_revision_ = 0;  ///< Revision of the last keyframe.
-  ros::SteadyTime next_keyframe_;          ///< Earliest time of the next one.
+  ros::SteadyTime next_keyframe_;        ///< Earliest time of the next one.
   GuardedThread thread_;
   ros::ServiceServer server_;
   std::optional<LatchedTopic<Message>> topic_;
