@@ -36,6 +36,7 @@ class CloudStreams : public ::testing::Test {
     limits.num_sources = sources.size();
     num_inserted_.assign(sources.size(), 0);
     num_sent_.assign(sources.size(), 0);
+    end_s_ = duration_s;
     clouds_ = std::make_unique<CloudQueue>(limits, makeCallbacks());
     struct Event {
       double time_s;
@@ -80,6 +81,7 @@ class CloudStreams : public ::testing::Test {
       if (!next) return;
       ++num_inserted_[next->message.source];
       if (work_s > 0.0) free_s = time_s_ + work_s;
+      if (time_s_ < kBurstEnd_s || time_s_ > end_s_) continue;
       const double lag_s = kStart_s + time_s_ + work_s - next->message.header().stamp.toSec();
       lags_s_.push_back(lag_s);
     }
@@ -118,12 +120,15 @@ class CloudStreams : public ::testing::Test {
   }
 
   static constexpr double kStart_s = 1.7e9;
+  static constexpr double kBurstEnd_s = 3.0;
   NodeParameters parameters_;
   double time_s_ = -2.0;
   std::size_t num_bytes_ = 0;
   TfBuffer tf_{ros::Duration(25.0), 1.0};  // tf_wait and 10 s.
   std::vector<int> num_inserted_;
-  std::vector<double> lags_s_;  ///< Age of each cloud when it is in the map.
+  double end_s_ = 0.0;
+  /// Age of each cloud when it is in the map, from kBurstEnd_s on, while clouds arrive.
+  std::vector<double> lags_s_;
   std::vector<int> num_sent_;
   std::map<std::pair<std::size_t, DropReason>, int> num_dropped_;
   std::vector<std::string> texts_;
@@ -192,8 +197,8 @@ TEST_F(CloudStreams, ReplayedTenTimesAsFastNoneIsLost) {
 
 TEST_F(CloudStreams, ANodeThatIsTooSlowMapsAsManyAsItCan) {
   run({{10.0}}, {50.0}, 20.0, {}, 0.2);
-  EXPECT_GT(num_inserted_[0], 100);
-  EXPECT_LT(num_inserted_[0], 130);
+  EXPECT_GT(num_inserted_[0], 90);
+  EXPECT_LT(num_inserted_[0], 115);
   EXPECT_EQ(num_inserted_[0] + num_dropped_[std::make_pair(std::size_t{0}, DropReason::kQueueFull)],
             num_sent_[0]);
 }
@@ -234,7 +239,8 @@ TEST_F(CloudStreams, RaisingTfWaitIsTheCureOfTransformsThatComeTooLate) {
   const Stream late{50.0, 0.0, 12.0};
   run({{10.0}}, late, 20.0);
   EXPECT_EQ(num_inserted_[0], 0);
-  EXPECT_NE(texts_.at(0).find("raise tf_wait (now 10 s)"), std::string::npos) << texts_[0];
+  ASSERT_FALSE(texts_.empty());
+  EXPECT_NE(texts_.back().find("raise tf_wait (now 10 s)"), std::string::npos) << texts_.back();
   restart();
   run({{10.0}}, late, 20.0, {1, 2, 15.0});
   EXPECT_EQ(num_inserted_, num_sent_);
@@ -257,7 +263,7 @@ TEST_F(CloudStreams, ACorrectedClockIsTheCureOfCloudsThatAreTooOldForTf) {
 }
 
 TEST_F(CloudStreams, RaisingTfGapIsTheCureOfTransformsThatComeRarely) {
-  const Stream rare{0.4};
+  const Stream rare{1.0 / 1.75};
   run({{10.0}}, rare, 20.0);
   EXPECT_NE(texts_.at(0).find("raise tf_gap"), std::string::npos) << texts_[0];
   restart();

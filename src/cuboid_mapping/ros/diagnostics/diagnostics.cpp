@@ -80,15 +80,21 @@ std::string adviseOnDrops(DropReason reason, const NodeReport& report) {
   return toAdvice(reason);
 }
 
+/// The clouds dropped since the last report, by reason, and the advice on most of them. Those before the first
+/// transform are left out beside faults.
 std::string describeDrops(const NodeReport& report, const NodeStatistics& last) {
+  const std::uint64_t num_faults = countNewFaults(report, last);
+  const std::uint64_t num_before_tf = countNew(report, last, DropReason::kBeforeTf);
   DropReason most_frequent = DropReason::kEmptyFrame;
   std::ostringstream text;
-  text << counted(report.statistics.numDropped() - last.numDropped(), "cloud") << " dropped (";
+  text << counted(num_faults > 0 ? num_faults : num_before_tf, "cloud") << " dropped (";
   const char* separator = "";
   for (std::size_t i = 0; i < kNumDropReasons; ++i) {
     const auto reason = static_cast<DropReason>(i);
     const std::uint64_t count = countNew(report, last, reason);
-    if (count == 0 || isEmpty(reason)) continue;
+    const bool is_shown =
+        reason == DropReason::kBeforeTf ? num_faults == 0 : count > 0 && !isEmpty(reason);
+    if (!is_shown) continue;
     text << separator << toString(reason) << ": " << count;
     separator = ", ";
     if (count > countNew(report, last, most_frequent)) most_frequent = reason;
