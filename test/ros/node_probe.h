@@ -111,13 +111,12 @@ struct NodeStatus {
   std::string message;
   std::map<std::string, std::string> values;
 
-  /// The whole number of a key; -1 if there is none.
+  /// The whole number of a key. Counts of what has not occurred have no key: 0; -1 before the first report.
   [[nodiscard]] long number(const std::string& key) const {
     const auto value = values.find(key);
-    return value == values.end() ? -1 : std::stol(value->second);
+    if (value == values.end()) return values.empty() ? -1 : 0;
+    return std::stol(value->second);
   }
-  /// A count that is only there once it is not 0.
-  [[nodiscard]] long count(const std::string& key) const { return std::max(0L, number(key)); }
 };
 
 /// Listens to the diagnostics of a node.
@@ -192,7 +191,7 @@ class NodeTest : public ::testing::Test {
 
   /// Increase of a number of the diagnostics in this test.
   [[nodiscard]] long countNew(const std::string& key) const {
-    return diagnostics_.status().count(key) - start_.count(key);
+    return diagnostics_.status().number(key) - start_.number(key);
   }
 
   void publishTf(const geometry_msgs::TransformStamped& transform) {
