@@ -74,9 +74,10 @@ bool CuboidAdapter::isAnyOccupied(const CellBox& box) const {
 }
 
 std::optional<double> CuboidAdapter::castRay(const RayQuery& ray) const {
-  const auto hit = findFirstHit(*map_, ray.origin_map, ray.direction, kRayRange_m);
-  if (hit.answer != WayAnswer::kBlocked) return std::nullopt;
-  return hit.distance_m;
+  const auto hit =
+      findFirstHit(*map_, ray.origin_map, ray.direction, kRayRange_m, Budget::unlimited());
+  if (!hit.isFound()) return std::nullopt;
+  return hit->distance_m;
 }
 
 }  // namespace cuboid_mapping::bench

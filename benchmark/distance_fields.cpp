@@ -117,7 +117,7 @@ void measure(const Options& options) {
   const auto scans = openScanDataset(options.dataset);
   const Eigen::Vector3d middle = scans->read(scans->size() / 2).T_map_sensor.translation();
   const MetricBox box{middle - 0.5 * kRegion_m, middle + 0.5 * kRegion_m};
-  DistanceField field(map, *map.grid().toCellBox(box), options.bound_m);
+  DistanceField field(map, *map.grid().toCellBox(box), options.bound_m, UnknownPolicy::kFree);
   Peer peer(field.region(), options.bound_m / options.resolution_m);
   std::vector<Times> times;
   for (std::size_t i = 0; i < scans->size(); ++i) {

@@ -233,7 +233,7 @@ void treeRay(benchmark::State& state) {
   for (auto _ : state) {
     const Eigen::Vector3f beam = scan.points[point] - scan.origin;
     benchmark::DoNotOptimize(castRay(streetMap(), scan.origin.cast<double>(), beam.cast<double>(),
-                                     30.0, UnknownPolicy::kPass));
+                                     30.0, UnknownPolicy::kFree, Budget::unlimited()));
     point = (point + 7919) % scan.points.size();
   }
 }

@@ -58,11 +58,15 @@ Scene makeScene(const Options& options) {
   for (int tries = 0; tries < 100 * options.num_plans; ++tries) {
     if (static_cast<int>(scene.tasks.size()) == options.num_plans) break;
     const auto fit = [&](const Eigen::Vector3d& place) {
-      return findNearestFit(scene.map, place, kRobot_m, UnknownPolicy::kPass, 1.0);
+      return findNearestFit(scene.map, place, kRobot_m, UnknownPolicy::kFree, 1.0,
+                            Budget::unlimited());
     };
     const auto start = fit(places[any(engine)]);
     const auto goal = fit(places[any(engine)]);
-    if (start && goal && (*start - *goal).norm() > 5.0) scene.tasks.emplace_back(*start, *goal);
+    if (!start.isFound() || !goal.isFound()) continue;
+    const Eigen::Vector3d& start_map = start->center_map;
+    const Eigen::Vector3d& goal_map = goal->center_map;
+    if ((start_map - goal_map).norm() > 5.0) scene.tasks.emplace_back(start_map, goal_map);
   }
   return scene;
 }
@@ -182,8 +186,9 @@ void plan(const Scene& scene, const Task& task, const PrepareT& prepare, double 
   for (const ob::State* state : setup.getSolutionPath().getStates()) {
     path.push_back(OmplRobot::centerOf(state));
   }
-  const auto swept = checkPath(scene.map, path, kRobot_m, UnknownPolicy::kPass);
-  plans.num_that_touch += swept.isFree() ? 0 : 1;
+  const auto swept =
+      checkPath(scene.map, path, kRobot_m, UnknownPolicy::kFree, Budget::unlimited());
+  plans.num_that_touch += swept.isNotFound() ? 0 : 1;
 }
 
 /// A way to check states and motions, and its plans.
@@ -231,7 +236,7 @@ Validity makeOctreeValidity(const char* name, const OctreeValidity::Octree& octr
 
 std::vector<Validity> makeValidities(const Scene& scene, double resolution_m) {
   const auto make_exact = [&](og::SimpleSetup& setup) {
-    const OmplRobot robot{scene.map, kRobot_m, UnknownPolicy::kPass};
+    const OmplRobot robot{scene.map, kRobot_m, UnknownPolicy::kFree};
     const auto& space = setup.getSpaceInformation();
     setup.setStateValidityChecker(std::make_shared<OmplStateValidity>(space, robot));
     return std::make_shared<OmplMotionValidity>(space, robot);

@@ -60,7 +60,9 @@ void measureJoined(const CuboidMap& map, const Options& options) {
     return Visit::kContinue;
   });
   std::vector<Cuboid> joined;
-  const double time_s = leastSeconds(options.repetitions, [&] { joined = joinCuboids(map); });
+  const double time_s = leastSeconds(options.repetitions, [&] {
+    joined = joinCuboids(map, kAllCells, CuboidFilter::kAll, Budget::unlimited()).value;
+  });
   double largest = 0.0;
   for (const Cuboid& cuboid : joined) largest = std::max(largest, cuboid.box.numVoxels());
   const std::size_t best = countBestOfOrders(all);
@@ -84,7 +86,8 @@ void measureCovers(const CuboidMap& map, const Options& options) {
     CoverTask task;
     task.max_boxes = max_boxes;
     BoxCover cover;
-    const double time_s = leastSeconds(1, [&] { cover = coverOccupied(map, task); });
+    const double time_s =
+        leastSeconds(1, [&] { cover = coverOccupied(map, task, Budget::unlimited()).value; });
     const auto bisection = bench::coverByBisection(map, max_boxes);
     const auto added_m3 = [&](const std::vector<CellBox>& boxes) {
       return bench::countAdded(map, boxes) * voxel_m3;
@@ -98,7 +101,8 @@ void measureCovers(const CuboidMap& map, const Options& options) {
     }
     std::cout << ";";
     for (const bool may_overlap : {false, true}) {
-      const FreeBoxes free = findFreeBoxes(map, {max_boxes, kAllCells, may_overlap});
+      const FreeBoxes free =
+          findFreeBoxes(map, {max_boxes, kAllCells, may_overlap}, Budget::unlimited()).value;
       std::cout << " "
                 << free.covered_volume_m3 / (free.covered_volume_m3 + free.missing_volume_m3);
     }

@@ -135,8 +135,9 @@ class Asker {
   void ask(const Eigen::Vector3d& point) {
     const MetricBox box = boxAround(point, Eigen::Vector3d::Constant(2.0));
     map_.read([&](const CuboidMap& map, const ros::Time& /*stamp*/) {
-      is_free_ = queryBox(map, box)->occupancy() == Occupancy::kFree;
-      return castRay(map, point, {1.0, 0.3, 0.0}, 10.0, UnknownPolicy::kPass)->distance_m;
+      is_free_ = queryBox(map, box, Budget::unlimited())->occupancy() == Occupancy::kFree;
+      return castRay(map, point, {1.0, 0.3, 0.0}, 10.0, UnknownPolicy::kFree, Budget::unlimited())
+          ->distance_m;
     });
   }
 

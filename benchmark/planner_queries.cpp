@@ -32,7 +32,7 @@ struct Options {
   std::string dataset;
   double resolution_m = 0.2;
   double robot_m = 0.5;
-  UnknownPolicy policy = UnknownPolicy::kStop;
+  UnknownPolicy policy = UnknownPolicy::kObstacle;
   unsigned int seed = 1;
 };
 
@@ -103,7 +103,10 @@ void timeBoxes(const MappedScans& scene, const Options& options) {
     time(std::string("1,000 boxes of 2 m, ") + (is_near ? "near the way" : "anywhere"), 20, [&] {
       double occupied = 0.0;
       for (const MetricBox& box : asked) {
-        occupied += queryBox(scene.map, box)->occupancy() == Occupancy::kOccupied ? 1.0 : 0.0;
+        occupied +=
+            queryBox(scene.map, box, Budget::unlimited())->occupancy() == Occupancy::kOccupied
+                ? 1.0
+                : 0.0;
       }
       return occupied;
     });
@@ -118,7 +121,8 @@ void timeRays(const MappedScans& scene, const Options& options) {
   time("1,000 rays of 30 m", 20, [&] {
     double hits = 0.0;
     for (const auto& [origin, direction] : rays) {
-      const auto ray = castRay(scene.map, origin, direction, 30.0, UnknownPolicy::kPass);
+      const auto ray =
+          castRay(scene.map, origin, direction, 30.0, UnknownPolicy::kFree, Budget::unlimited());
       hits += ray->end == RayEnd::kOccupied ? 1.0 : 0.0;
     }
     return hits;
@@ -135,7 +139,9 @@ void timePlaces(const MappedScans& scene, const Options& options) {
     double blocked = 0.0;
     for (const Eigen::Vector3d& point : points) {
       const std::vector<Eigen::Vector3d> path{point, point + Eigen::Vector3d(8.0, 6.0, 0.0)};
-      blocked += checkPath(scene.map, path, robot_m, options.policy).contact ? 1.0 : 0.0;
+      blocked += checkPath(scene.map, path, robot_m, options.policy, Budget::unlimited()).isFound()
+                     ? 1.0
+                     : 0.0;
     }
     return blocked;
   });
@@ -143,14 +149,18 @@ void timePlaces(const MappedScans& scene, const Options& options) {
     double found = 0.0;
     for (const Eigen::Vector3d& point : points) {
       found += static_cast<double>(
-          findNearest(scene.map, point, 5, CuboidFilter::kOccupied, 20.0).size());
+          findNearest(scene.map, point, 5, CuboidFilter::kOccupied, Budget::unlimited(), 20.0)
+              .value.size());
     }
     return found;
   });
   time("100 points: nearest place of the robot, 5 m at most", 5, [&] {
     double found = 0.0;
     for (const Eigen::Vector3d& point : points) {
-      found += findNearestFit(scene.map, point, robot_m, options.policy, 5.0) ? 1.0 : 0.0;
+      found += findNearestFit(scene.map, point, robot_m, options.policy, 5.0, Budget::unlimited())
+                       .isFound()
+                   ? 1.0
+                   : 0.0;
     }
     return found;
   });
@@ -161,10 +171,13 @@ void timeRegion(const MappedScans& scene, const Options& options) {
   const Grid& grid = scene.map.grid();
   const auto region = grid.toCellBox(boxAround(middle, Eigen::Vector3d::Constant(10.0)));
   const Cell passage = *grid.toSizeInCells(Eigen::Vector3d::Constant(options.robot_m));
-  time("cuboids of a region of 10 m", 20,
-       [&] { return static_cast<double>(selectCuboids(scene.map, *region).cuboids.size()); });
+  time("cuboids of a region of 10 m", 20, [&] {
+    return static_cast<double>(
+        selectCuboids(scene.map, *region, {}, Budget::unlimited()).value.size());
+  });
   time("free graph of a region of 10 m: portals", 20, [&] {
-    return static_cast<double>(buildFreeGraph(scene.map, *region, passage).portals.size());
+    return static_cast<double>(
+        buildFreeGraph(scene.map, *region, passage, Budget::unlimited()).value.portals.size());
   });
 }
 
@@ -183,7 +196,7 @@ bool isBallBlocked(const MappedScans& scene, const Eigen::Vector3d& center_map, 
         if ((center - nearest).norm() >= radius_m / grid.resolution() - 1e-6) continue;
         const Occupancy occupancy = scene.map.voxels().at(cell);
         if (occupancy == Occupancy::kOccupied) return true;
-        if (occupancy == Occupancy::kUnknown && policy == UnknownPolicy::kStop) return true;
+        if (occupancy == Occupancy::kUnknown && policy == UnknownPolicy::kObstacle) return true;
       }
     }
   }
@@ -217,7 +230,7 @@ void timeSpheres(const MappedScans& scene, const Options& options, double radius
   constexpr int kNumArms = 1000;
   constexpr int kNumSpheres = 60;
   Places places(scene, options.seed + 3);
-  SphereChecker checker(scene.map, options.policy);
+  SphereChecker checker(scene.map, options.policy, Budget::unlimited());
   std::vector<double> first_ns;
   std::vector<double> later_ns;
   std::size_t num_blocked = 0;
@@ -225,7 +238,7 @@ void timeSpheres(const MappedScans& scene, const Options& options, double radius
   for (int i = 0; i < kNumArms; ++i) {
     std::vector<Sphere> spheres;
     for (const Eigen::Vector3d& center : randomArm(places)) spheres.push_back({center, radius_m});
-    std::vector<WayAnswer> answers;
+    std::vector<AnswerStatus> answers;
     const auto check = [&] {
       return nanosecondsOf([&] { answers = checker.check(spheres); }) / kNumSpheres;
     };
@@ -236,7 +249,7 @@ void timeSpheres(const MappedScans& scene, const Options& options, double radius
     for (std::size_t k = 0; k < spheres.size(); ++k) {
       const bool is_blocked = isBallBlocked(scene, spheres[k].center_map, radius_m, options.policy);
       num_blocked += is_blocked ? 1 : 0;
-      num_wrong += is_blocked == (answers[k] == WayAnswer::kFree) ? 1 : 0;
+      num_wrong += is_blocked == (answers[k] == AnswerStatus::kNotFound) ? 1 : 0;
     }
   }
   std::printf("| %.2f | %.1f | %.1f | %zu | %zu |\n", radius_m, median(first_ns), median(later_ns),
@@ -249,28 +262,29 @@ void timeCorridor(const MappedScans& scene, const Options& options) {
   std::optional<Eigen::Vector3d> start;
   std::optional<Eigen::Vector3d> goal;
   for (const Eigen::Vector3d& pose : scene.places_map) {
-    const auto place = findNearestFit(scene.map, pose, robot_m, options.policy, 2.0);
-    if (!place) continue;
-    if (!start) start = place;
-    if (!goal || (*place - *start).norm() > (*goal - *start).norm()) goal = place;
+    const auto place =
+        findNearestFit(scene.map, pose, robot_m, options.policy, 2.0, Budget::unlimited());
+    if (!place.isFound()) continue;
+    const Eigen::Vector3d& center_map = place->center_map;
+    if (!start) start = center_map;
+    if (!goal || (center_map - *start).norm() > (*goal - *start).norm()) goal = center_map;
   }
   if (!start) {
     std::printf("the robot fits nowhere near the sensor\n");
     return;
   }
-  Corridor corridor;
+  Answer<Corridor> corridor;
   CorridorTask task;
   task.start_map = *start;
   task.goal_map = *goal;
   task.size_m = robot_m;
-  task.policy = options.policy;
   time("corridor from the first to the farthest place: boxes", 9, [&] {
-    corridor = findCorridor(scene.map, task);
-    return static_cast<double>(corridor.boxes.size());
+    corridor = findCorridor(scene.map, task, options.policy, Budget::unlimited());
+    return static_cast<double>(corridor.value.boxes.size());
   });
-  std::printf("\ncorridor: end %d, %.1f m as the crow flies, path %.1f m, %zu boxes visited\n",
-              static_cast<int>(corridor.end), (*goal - *start).norm(), corridor.length_m,
-              corridor.num_visited);
+  std::printf("\ncorridor: status %d, %.1f m as the crow flies, path %.1f m, %zu boxes visited\n",
+              static_cast<int>(corridor.status), (*goal - *start).norm(), corridor.value.length_m,
+              corridor.value.num_visited);
 }
 
 /// A base between places of the sensor some 10 m apart, in any headings in which it is free.
@@ -285,10 +299,9 @@ void timePosePaths(const MappedScans& scene, const Options& options) {
   };
   PosePathTask task;
   task.body.boxes.push_back({Eigen::Isometry3d::Identity(), {1.0, 0.6, 0.3}});
-  task.policy = options.policy;
   std::printf(
       "\nways for a base of 1.0 x 0.6 x 0.3 m that turns\n\n"
-      "| end | as the crow flies [m] | path [m] | poses of it | poses looked at | time [ms] |\n"
+      "| status | as the crow flies [m] | path [m] | poses of it | poses looked at | time [ms] |\n"
       "|---|---|---|---|---|---|\n");
   for (int tries = 0, num_left = 20; tries < 10000 && num_left > 0; ++tries) {
     task.start_map = pick_pose();
@@ -297,13 +310,14 @@ void timePosePaths(const MappedScans& scene, const Options& options) {
     if (distance_m < 9.0 || distance_m > 11.0 || !findFault(task, scene.map.grid()).empty())
       continue;
     const auto begin = std::chrono::steady_clock::now();
-    const PosePath path = findPosePath(scene.map, task);
+    const auto answer = findPosePath(scene.map, task, options.policy, Budget::unlimited());
+    const PosePath& path = answer.value;
     const std::chrono::duration<double, std::milli> passed =
         std::chrono::steady_clock::now() - begin;
-    if (path.end == CorridorEnd::kStartBlocked || path.end == CorridorEnd::kGoalBlocked) continue;
+    if (answer.isNotFound() && path.blocked != Blocked::kBetween) continue;
     --num_left;
-    std::printf("| %d | %.1f | %.1f | %zu | %zu | %.1f |\n", static_cast<int>(path.end), distance_m,
-                path.length_m, path.T_map_body.size(), path.num_poses, passed.count());
+    std::printf("| %d | %.1f | %.1f | %zu | %zu | %.1f |\n", static_cast<int>(answer.status),
+                distance_m, path.length_m, path.T_map_body.size(), path.num_poses, passed.count());
   }
 }
 
@@ -340,7 +354,7 @@ int run(int argc, char** argv) {
   line.addFlag("unknown-passes", unknown_passes, "the robot may drive through unknown space");
   line.addNumber("seed", options.seed, "seed of the random places");
   if (const auto status = line.parse(argc, argv)) return *status;
-  if (unknown_passes) options.policy = UnknownPolicy::kPass;
+  if (unknown_passes) options.policy = UnknownPolicy::kFree;
   measure(options);
   return 0;
 }

@@ -52,8 +52,9 @@ testing::AssertionResult wrong(const char* what) { return testing::AssertionFail
 testing::AssertionResult checkBoxQuestion(Room& room) {
   const Eigen::Vector3d from = room.randomPoint(10.0);
   const Eigen::Vector3d size = test::randomPoint(room.random, 2.0).cwiseAbs().array() + 0.05;
-  const auto answer = queryBox(room.map(), MetricBox{from, from + size}, CuboidOutput::kClipped);
-  if (!answer) return wrong("no answer");
+  const auto answer = queryBox(room.map(), MetricBox{from, from + size}, Budget::unlimited(),
+                               CuboidOutput::kClipped);
+  if (!answer.isFound()) return wrong("no answer");
   double voxels[3] = {0, 0, 0};
   test::visitCells(answer->box, [&](const Cell& cell) {
     ++voxels[static_cast<int>(room.map().voxels().at(cell))];
@@ -115,8 +116,9 @@ testing::AssertionResult checkRayQuestion(Room& room) {
   const double max_range_m = room.random.real(0.5, 30.0);
   const auto expected_m = findEnd(room, origin, along, max_range_m);
   if (!expected_m) return testing::AssertionSuccess();
-  const auto answer = castRay(room.map(), origin, along, max_range_m, room.policy);
-  if (!answer) return wrong("no answer");
+  const auto answer =
+      castRay(room.map(), origin, along, max_range_m, room.policy, Budget::unlimited());
+  if (!answer.isFound()) return wrong("no answer");
   if (std::abs(answer->distance_m - *expected_m) > 1e-7) return wrong("another distance");
   const bool is_stopped = *expected_m < max_range_m;
   if ((answer->end != RayEnd::kMaxRange) != is_stopped) return wrong("another end");
@@ -144,17 +146,17 @@ testing::AssertionResult checkPathQuestion(Room& room) {
     way.push_back(way.back() + test::randomPoint(room.random, 3.0));
   }
   const Eigen::Vector3d size_m = Eigen::Vector3d::Constant(room.random.real(0.1, 1.0));
-  const auto answer = checkPath(room.map(), way, size_m, room.policy);
-  if (answer.answer == WayAnswer::kInvalid) return wrong("no answer");
-  const bool is_blocked_at_once = answer.contact && answer.contact->distance_m == 0.0;
+  const auto answer = checkPath(room.map(), way, size_m, room.policy, Budget::unlimited());
+  if (!answer.isFound() && !answer.isNotFound()) return wrong("no answer");
+  const bool is_blocked_at_once = answer.isFound() && answer->distance_m == 0.0;
   for (std::size_t i = 0; i + 1 < way.size() && !is_blocked_at_once; ++i) {
-    const bool is_last = answer.contact && answer.contact->segment == i;
-    const Eigen::Vector3d& to = is_last ? answer.contact->point_map : way[i + 1];
+    const bool is_last = answer.isFound() && answer->segment == i;
+    const Eigen::Vector3d& to = is_last ? answer->point_map : way[i + 1];
     if (isBlockedOnTheWay(room, way[i], to, size_m)) return wrong("blocked before the contact");
     if (is_last) break;
   }
-  if (!answer.contact) return testing::AssertionSuccess();
-  const PathContact& contact = *answer.contact;
+  if (answer.isNotFound()) return testing::AssertionSuccess();
+  const PathContact& contact = *answer;
   if (!room.obstacles.isAny(CellBox::ofCell(contact.voxel))) return wrong("no obstacle there");
   const CellBox met = *room.grid().toCellBox(boxAround(contact.point_map, size_m.array() + 2e-4));
   return met.contains(contact.voxel) ? testing::AssertionSuccess() : wrong("a contact far away");
@@ -207,11 +209,13 @@ testing::AssertionResult checkCorridor(Room& room, const CorridorTask& task, con
 
 testing::AssertionResult checkCorridorQuestion(Room& room) {
   CorridorTask task;
-  task.policy = room.policy;
   task.size_m = Eigen::Vector3d::Constant(room.random.real(0.1, 0.8));
   const double edge_m = room.grid().resolution();
   const auto place = [&](const Eigen::Vector3d& near) {
-    return findNearestFit(room.map(), near, task.size_m, room.policy, 10.0 * edge_m).value_or(near);
+    return findNearestFit(room.map(), near, task.size_m, room.policy, 10.0 * edge_m,
+                          Budget::unlimited())
+        .valueOr({near, 0.0})
+        .center_map;
   };
   task.start_map = place(room.randomPoint(1.0));
   task.goal_map = place(task.start_map + test::randomPoint(room.random, 15.0 * edge_m));
@@ -220,19 +224,19 @@ testing::AssertionResult checkCorridorQuestion(Room& room) {
   const CellBox goal = *room.grid().toCellBox(boxAround(task.goal_map, task.size_m));
   const CellBox both = unite(start, goal);
   task.region = CellBox{both.min - room_around, both.max + room_around};
-  const Corridor corridor = findCorridor(room.map(), task);
+  const auto corridor = findCorridor(room.map(), task, room.policy, Budget::unlimited());
   const Cell size = *room.grid().toSizeInCells(task.size_m);
-  switch (corridor.end) {
-    case CorridorEnd::kStartBlocked:
+  if (corridor.isFound()) return checkCorridor(room, task, size, *corridor);
+  if (!corridor.isNotFound()) return wrong("no answer");
+  switch (corridor.value.blocked) {
+    case Blocked::kStart:
       return room.obstacles.isAny(start) ? testing::AssertionSuccess() : wrong("start is free");
-    case CorridorEnd::kGoalBlocked:
+    case Blocked::kGoal:
       return room.obstacles.isAny(goal) ? testing::AssertionSuccess() : wrong("goal is free");
-    case CorridorEnd::kNoWay:
+    default:
       return isConnected(room, *task.region, size, start.min, goal.min)
                  ? wrong("there is a way")
                  : testing::AssertionSuccess();
-    case CorridorEnd::kFound: return checkCorridor(room, task, size, corridor);
-    default: return wrong("no answer");
   }
 }
 
@@ -248,7 +252,7 @@ TEST(PlannerQuestions, areAnsweredAsEveryVoxelTells) {
     if (!scene) GTEST_SKIP() << "CUBOID_DATA_DIR is not set: no real scans to test with";
     Random random(141);
     const CellBox area = *scene->map.bounds();
-    for (const UnknownPolicy policy : {UnknownPolicy::kStop, UnknownPolicy::kPass}) {
+    for (const UnknownPolicy policy : {UnknownPolicy::kObstacle, UnknownPolicy::kFree}) {
       Room room{*scene, policy, area, test::makeObstacles(scene->map, area, policy), random};
       for (std::size_t i = 0; i < (numQuestions() + 1) / 2; ++i) {
         ASSERT_TRUE(checkBoxQuestion(room)) << set.name << ", box " << test::seedNote(i);

@@ -82,9 +82,10 @@ Plan planOurs(const Maps& maps, const Pair& pair) {
   task.start_map = maps.centerOf(pair.start);
   task.goal_map = maps.centerOf(pair.goal);
   task.size_m = maps.robot_m();
-  Corridor found = findCorridor(maps.ours, task);
-  return {found.end == CorridorEnd::kFound, std::move(found.boxes), std::move(found.path_map),
-          found.length_m, found.num_visited};
+  auto answer = findCorridor(maps.ours, task, UnknownPolicy::kObstacle, Budget::unlimited());
+  Corridor& found = answer.value;
+  return {answer.isFound(), std::move(found.boxes), std::move(found.path_map), found.length_m,
+          found.num_visited};
 }
 
 Plan planLeaves(const Maps& maps, const Pair& pair) {
@@ -95,9 +96,7 @@ Plan planLeaves(const Maps& maps, const Pair& pair) {
       findPortals(maps.ours.grid(), linkLeaves(plan.boxes), Cell{1, 1, 1});
   plan.path_map =
       pullTight(portals, maps.centerOf(pair.start), maps.centerOf(pair.goal), Budget::unlimited());
-  for (std::size_t i = 1; i < plan.path_map.size(); ++i) {
-    plan.length_m += (plan.path_map[i] - plan.path_map[i - 1]).norm();
-  }
+  plan.length_m = lengthOf(plan.path_map);
   return plan;
 }
 
@@ -140,12 +139,13 @@ double countVoxels(const std::vector<CellBox>& boxes) {
 /// the robot sweeps on its path from start to goal.
 bool isRight(const Maps& maps, const Pair& pair, const Plan& plan) {
   if (!plan.is_found) return true;
-  const Obstacles obstacles(maps.ours, UnknownPolicy::kStop);
+  const Obstacles obstacles(maps.ours, UnknownPolicy::kObstacle, Budget::unlimited());
   for (const CellBox& box : plan.boxes) {
     if (obstacles.isAny(box) || countFree(maps.octomap, box) != box.numVoxels()) return false;
   }
-  const auto swept = checkPath(maps.ours, plan.path_map, maps.robot_m(), UnknownPolicy::kStop);
-  return swept.isFree() && plan.path_map.front() == maps.centerOf(pair.start) &&
+  const auto swept = checkPath(maps.ours, plan.path_map, maps.robot_m(), UnknownPolicy::kObstacle,
+                               Budget::unlimited());
+  return swept.isNotFound() && plan.path_map.front() == maps.centerOf(pair.start) &&
          plan.path_map.back() == maps.centerOf(pair.goal);
 }
 
@@ -212,8 +212,9 @@ void replan(const Options& options, const Pair& pair, Maps& maps, Round& round) 
     row["is_corridor_hit"] =
         std::any_of(before.boxes.begin(), before.boxes.end(),
                     [&](const CellBox& box) { return box.intersects(change); });
-    row["is_path_hit"] = checkPath(maps.ours, before.path_map, maps.robot_m(), UnknownPolicy::kStop)
-                             .contact.has_value();
+    row["is_path_hit"] = checkPath(maps.ours, before.path_map, maps.robot_m(),
+                                   UnknownPolicy::kObstacle, Budget::unlimited())
+                             .isFound();
     row["again"] = again.rows[i];
     if (update_ms.contains(kPlanners[i].map)) row["update_ms"] = update_ms[kPlanners[i].map];
   }

@@ -17,7 +17,7 @@ void CuboidHistory::note(const CuboidMap& map) {
     return Visit::kContinue;
   });
   for (auto voxel = alone_.begin(); voxel != alone_.end();) {
-    const std::optional<Cuboid> holder = findCuboid(map, *voxel);
+    const std::optional<Cuboid> holder = findCuboidOfCell(map, *voxel);
     const bool is_alone = holder && isAlone(holder->box);
     num_fused_again_ += is_alone ? 0 : 1;
     voxel = is_alone ? std::next(voxel) : alone_.erase(voxel);
@@ -30,7 +30,7 @@ void CuboidHistory::note(const CuboidMap& map) {
 }
 
 void CuboidHistory::noteSplit(const CuboidMap& map, const CellBox& gone) {
-  const std::optional<Cuboid> holder = findCuboid(map, gone.min);
+  const std::optional<Cuboid> holder = findCuboidOfCell(map, gone.min);
   if (holder && holder->box.contains(gone)) return;  // It has been absorbed.
   ++num_splits_;
   visitBox(map, gone, CuboidFilter::kAll, [&](const Cuboid& cuboid) {

@@ -18,7 +18,7 @@ class AgreementCounter {
   /// A cell that is known to the peer, and in no other that is added.
   void add(const CellBox& cell, float log_odds) {
     agreement_.voxels += cell.numVoxels();
-    visitValues(map_, cell, [&](float own, int count) {
+    visitValues(map_, cell, Budget::unlimited(), [&](float own, int count) {
       known_to_both_ += count;
       if (classify(own) != classify(log_odds)) agreement_.class_mismatch += count;
       agreement_.max_log_odds_difference =

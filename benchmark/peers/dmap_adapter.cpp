@@ -138,7 +138,7 @@ class DmapAdapter : public PeerAdapter {
     double known_to_both = 0.0;
     const auto add = [&](const CellBox& cells, Occupancy occupancy, int sign) {
       agreement.voxels += sign * cells.numVoxels();
-      visitValues(map, cells, [&](float log_odds, int count) {
+      visitValues(map, cells, Budget::unlimited(), [&](float log_odds, int count) {
         known_to_both += sign * count;
         if (classify(log_odds) != occupancy) agreement.class_mismatch += sign * count;
       });

@@ -12,7 +12,8 @@ int main() {
   const std::vector<Eigen::Vector3f> points_sensor = {{5.05F, 0.05F, 0.05F}, {5.05F, 0.15F, 0.05F}};
   mapper.integrate(makeScan(T_map_sensor, T_map_sensor.translation(), points_sensor));
   for (const double x : {4.0, 5.0, 6.0}) {
-    const auto answer = queryBox(mapper.map(), MetricBox{{x, 0.0, 1.0}, {x + 0.1, 0.1, 1.1}});
-    if (answer) std::cout << x << " m: " << toString(answer->occupancy()) << '\n';
+    const MetricBox box{{x, 0.0, 1.0}, {x + 0.1, 0.1, 1.1}};
+    const auto answer = queryBox(mapper.map(), box, Budget::unlimited());
+    if (answer.isFound()) std::cout << x << " m: " << toString(answer->occupancy()) << '\n';
   }
 }

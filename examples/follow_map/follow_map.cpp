@@ -13,13 +13,15 @@ using namespace cuboid_mapping;
 namespace {
 
 /// Reason why there is no corridor.
-std::string explain(const CuboidMap& map, const CorridorTask& task, CorridorEnd end) {
-  if (end == CorridorEnd::kNoWay) return "known free space does not connect start and goal";
-  const bool is_start = end == CorridorEnd::kStartBlocked;
-  const auto place =
-      queryBox(map, boxAround(is_start ? task.start_map : task.goal_map, task.size_m));
-  if (!place) return "start, goal and size must be finite, and the size above 0";
-  return std::string(is_start ? "start" : "goal") + " is " + toString(place->occupancy());
+std::string explain(const CuboidMap& map, const CorridorTask& task,
+                    const Answer<Corridor>& corridor) {
+  if (!corridor.isNotFound()) return corridor.fault;
+  const Blocked blocked = corridor.value.blocked;
+  if (blocked == Blocked::kBetween) return "known free space does not connect start and goal";
+  const bool is_start = blocked == Blocked::kStart;
+  const Eigen::Vector3d& place = is_start ? task.start_map : task.goal_map;
+  const auto content = queryBox(map, boxAround(place, task.size_m), Budget::unlimited());
+  return std::string(is_start ? "start" : "goal") + " is " + toString(content->occupancy());
 }
 
 }  // namespace
@@ -34,12 +36,12 @@ int main(int argc, char** argv) {
   task.goal_map = {3.5, 0.5, 0.5};
   task.size_m = {0.5, 0.5, 0.5};
   return client.read([&](const CuboidMap& map) {
-    const Corridor corridor = findCorridor(map, task);
-    for (const Eigen::Vector3d& point : corridor.path_map) ROS_INFO_STREAM(point.transpose());
-    if (corridor.end == CorridorEnd::kFound) return 0;
+    const auto corridor = findCorridor(map, task, UnknownPolicy::kObstacle, Budget::unlimited());
+    for (const auto& point : corridor.value.path_map) ROS_INFO_STREAM(point.transpose());
+    if (corridor.isFound()) return 0;
     ROS_WARN_STREAM("no corridor from " << task.start_map.transpose() << " to "
                                         << task.goal_map.transpose() << ": "
-                                        << explain(map, task, corridor.end));
+                                        << explain(map, task, corridor));
     return 2;
   });
 }

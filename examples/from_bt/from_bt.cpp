@@ -22,8 +22,9 @@ int main(int argc, char** argv) try {
   restoreSnapshot(file.snapshot, map);
 
   std::cout << toString(file.format) << ", " << config.resolution_m << " m\n";
-  const SelectedCuboids occupied = selectCuboids(map, kAllCells, {CuboidFilter::kOccupied});
-  std::cout << map.voxels().numOccupiedVoxels() << " occupied voxels in " << occupied.cuboids.size()
+  const auto occupied =
+      selectCuboids(map, kAllCells, {CuboidFilter::kOccupied}, Budget::unlimited());
+  std::cout << map.voxels().numOccupiedVoxels() << " occupied voxels in " << occupied.value.size()
             << " cuboids\n";
   if (argc > 2) writeMapFile(argv[2], takeSnapshot(map, "map"));
 } catch (const std::exception& error) {

@@ -30,24 +30,25 @@ int main() {
   const Eigen::Vector3d start(0.5, 0.5, 0.5);
   const Eigen::Vector3d goal(3.5, 0.5, 0.5);
   const Eigen::Vector3d size_m(0.5, 0.5, 0.5);  // The robot, a box that does not rotate.
-  const UnknownPolicy unknown = UnknownPolicy::kStop;
+  const UnknownPolicy unknown = UnknownPolicy::kObstacle;
 
-  if (const auto path = checkPath(map, {start, goal}, size_m, unknown); path.contact) {
-    std::cout << "straight on: blocked after " << path.contact->distance_m << " m\n";
+  Budget budget(QueryLimits{0.1});  // Seconds, for all four questions.
+  if (const auto met = checkPath(map, {start, goal}, size_m, unknown, budget); met.isFound()) {
+    std::cout << "straight on: blocked after " << met->distance_m << " m\n";
   }
-  if (const auto ray = castRay(map, start, {1.0, 0.0, 0.0}, 10.0, unknown)) {
+  if (const auto ray = castRay(map, start, {1.0, 0.0, 0.0}, 10.0, unknown, budget); ray.isFound()) {
     std::cout << "ahead: an obstacle in " << ray->distance_m << " m\n";
   }
-  if (const auto place = findNearestFit(map, {2.0, 0.5, 0.5}, size_m, unknown, 2.0)) {
-    std::cout << "nearest place to the wall: " << place->transpose() << '\n';
+  const auto place = findNearestFit(map, {2.0, 0.5, 0.5}, size_m, unknown, 2.0, budget);
+  if (place.isFound()) {
+    std::cout << "nearest place to the wall: " << place->center_map.transpose() << '\n';
   }
   CorridorTask task;
   task.start_map = start;
   task.goal_map = goal;
   task.size_m = size_m;
-  task.policy = unknown;
-  const Corridor corridor = findCorridor(map, task);
-  if (corridor.end != CorridorEnd::kFound) return 1;
-  std::cout << "around it: " << corridor.boxes.size() << " free boxes, " << corridor.length_m
+  const auto corridor = findCorridor(map, task, unknown, budget);
+  if (!corridor.isFound()) return 1;
+  std::cout << "around it: " << corridor->boxes.size() << " free boxes, " << corridor->length_m
             << " m\n";
 }

@@ -28,7 +28,7 @@ int main() {
   }
   space->setBounds(bounds);
 
-  const OmplRobot robot{map, {0.5, 0.5, 0.5}, UnknownPolicy::kStop};
+  const OmplRobot robot{map, {0.5, 0.5, 0.5}, UnknownPolicy::kObstacle};
   og::SimpleSetup setup(space);
   const ob::SpaceInformationPtr& information = setup.getSpaceInformation();
   setup.setStateValidityChecker(std::make_shared<OmplStateValidity>(information, robot));

@@ -120,8 +120,8 @@ CuboidFilter toFilter(const std::string& text) {
 }
 
 UnknownPolicy toUnknownPolicy(const std::string& text) {
-  if (text == "obstacle") return UnknownPolicy::kStop;
-  if (text == "free") return UnknownPolicy::kPass;
+  if (text == "obstacle") return UnknownPolicy::kObstacle;
+  if (text == "free") return UnknownPolicy::kFree;
   throw Error("unknown is '" + text + "': use 'obstacle' or 'free'");
 }
 

@@ -63,14 +63,14 @@ py::object checkBody(MapAccess& access, const Doubles& pose_array, const Doubles
   access.read([&](const CuboidMap& map) {
     const std::string fault = findFault(body, map.grid());
     require(fault.empty(), fault);
-    const auto results = checkPoses(map, body, poses, policy);
+    const auto results = checkPoses(map, body, poses, policy, Budget::unlimited());
     for (std::size_t i = 0; i < results.size(); ++i) {
-      require(results[i].answer != WayAnswer::kInvalid,
-              element("poses", i) + " must be finite and within the range of the grid");
-      free[i] = static_cast<std::uint8_t>(results[i].isFree());
-      const auto& contact = results[i].contact;
-      if (contact) part[i] = static_cast<std::int64_t>(contact->part);
-      append(points, contact ? map.grid().centerOf(CellBox::ofCell(contact->voxel)) : kNowhere);
+      const auto& contact = results[i];
+      requireValid(contact, element("poses", i));
+      free[i] = static_cast<std::uint8_t>(contact.isNotFound());
+      if (contact.isFound()) part[i] = static_cast<std::int64_t>(contact->part);
+      append(points,
+             contact.isFound() ? map.grid().centerOf(CellBox::ofCell(contact->voxel)) : kNowhere);
     }
   });
   return makeResult("Poses", toArray(std::move(free)).attr("astype")("bool"),
@@ -83,39 +83,36 @@ py::object checkBodyMotion(MapAccess& access, const Doubles& pose_array, const D
   const UnknownPolicy policy = toUnknownPolicy(unknown);
   const std::vector<Eigen::Isometry3d> poses = toPoses(pose_array, "poses");
   const Body body = toBody(spheres, boxes, box_poses);
-  MotionQueryResult motion;
-  std::vector<double> point;
-  access.read([&](const CuboidMap& map) {
-    const std::string fault = findFault(body, poses, map.grid());
-    require(fault.empty(), fault);
-    motion = checkMotion(map, body, poses, policy);
-    if (!motion.contact) return append(point, kNowhere);
-    append(point, map.grid().centerOf(CellBox::ofCell(motion.contact->contact.voxel)));
+  const auto motion = access.read([&](const CuboidMap& map) {
+    return checkMotion(map, body, poses, policy, Budget::unlimited());
   });
-  const auto& contact = motion.contact;
+  require(motion.fault.empty(), motion.fault);
+  const bool is_met = motion.isFound();
+  const MotionContact& contact = motion.value;
+  const double length_m = lengthOf(poses);
   std::vector<double> pose;
-  append(pose, contact ? contact->T_map_body : poses.back());
+  append(pose, is_met ? contact.T_map_body : poses.back());
+  std::vector<double> point;
+  append(point, is_met ? access.grid().centerOf(CellBox::ofCell(contact.contact.voxel)) : kNowhere);
   return makeResult(
-      "Motion", motion.isFree(), contact ? contact->distance_m : motion.length_m, motion.length_m,
-      contact ? static_cast<std::int64_t>(contact->segment) : -1, toArray(std::move(pose), {4, 4}),
-      contact ? static_cast<std::int64_t>(contact->contact.part) : -1, toArray(std::move(point)));
+      "Motion", motion.isNotFound(), is_met ? contact.distance_m : length_m, length_m,
+      is_met ? static_cast<std::int64_t>(contact.segment) : -1, toArray(std::move(pose), {4, 4}),
+      is_met ? static_cast<std::int64_t>(contact.contact.part) : -1, toArray(std::move(point)));
 }
 
-py::object searchPosePath(MapAccess& access, const PosePathTask& task, double time_limit_s) {
-  PosePath path;
-  access.read([&](const CuboidMap& map) {
-    const std::string fault = findFault(task, map.grid());
-    require(fault.empty(), fault);
+py::object searchPosePath(MapAccess& access, const PosePathTask& task, UnknownPolicy policy,
+                          double time_limit_s) {
+  const auto answer = access.read([&](const CuboidMap& map) {
     Budget budget(QueryLimits{time_limit_s});
-    path = findPosePath(map, task, budget);
+    return findPosePath(map, task, policy, budget);
   });
+  require(answer.fault.empty(), answer.fault);
+  const PosePath& path = answer.value;
   std::vector<double> poses;
   for (const Eigen::Isometry3d& pose : path.T_map_body) append(poses, pose);
   const auto num_poses = static_cast<py::ssize_t>(path.T_map_body.size());
-  const py::object end =
-      py::module::import("cuboid_map.results").attr("CorridorEnd")(static_cast<int>(path.end));
-  return makeResult("PosePath", end, toArray(std::move(poses), {num_poses, 4, 4}), path.length_m,
-                    path.num_poses);
+  return makeResult("PosePath", toCorridorEnd(answer), toArray(std::move(poses), {num_poses, 4, 4}),
+                    path.length_m, path.num_poses);
 }
 
 void bindPosePath(MapClass& map) {
@@ -128,12 +125,11 @@ void bindPosePath(MapClass& map) {
         task.body = toBody(spheres, boxes, box_poses);
         task.start_map = toUnitPose(start, "start");
         task.goal_map = toUnitPose(goal, "goal");
-        task.policy = toUnknownPolicy(unknown);
         task.may_climb = climb;
         if (!region.is_none()) {
           task.region = toCellBox(access.grid(), region.cast<Doubles>(), "region");
         }
-        return searchPosePath(access, task, time_limit_s);
+        return searchPosePath(access, task, toUnknownPolicy(unknown), time_limit_s);
       },
       "start"_a, "goal"_a, "spheres"_a = Doubles(py::array::ShapeContainer{0, 4}),
       "boxes"_a = Doubles(py::array::ShapeContainer{0, 3}), "box_poses"_a = py::none(),

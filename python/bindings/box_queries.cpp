@@ -6,6 +6,7 @@
 #include "cuboid_mapping/query/distance_field.h"
 #include "cuboid_mapping/query/frontier_query.h"
 #include "map_access.h"
+#include "planner_arrays.h"
 
 #include <cmath>
 
@@ -40,9 +41,10 @@ py::object cover(MapAccess& access, long max_boxes, const py::object& region,
   if (!keep_free.is_none()) {
     task.keep_free = toCellBoxes(access.grid(), keep_free.cast<Doubles>(), "keep_free");
   }
-  const BoxCover found =
-      access.read([&](const CuboidMap& map) { return coverOccupied(map, task); });
-  if (found.end == BoxesEnd::kTooFewBoxes) {
+  const auto answer = access.read(
+      [&](const CuboidMap& map) { return coverOccupied(map, task, Budget::unlimited()); });
+  const BoxCover& found = answer.value;
+  if (answer.isNotFound()) {
     throw Error("max_boxes is " + std::to_string(max_boxes) +
                 ": because of keep_free or of voxels far from all others " +
                 std::to_string(found.boxes.size()) + " are needed; or choose a region");
@@ -56,8 +58,8 @@ py::object findFree(MapAccess& access, long max_boxes, const py::object& region,
   task.max_boxes = toMaxBoxes(max_boxes);
   task.region = toRegion(access, region);
   task.may_overlap = overlap;
-  const FreeBoxes found =
-      access.read([&](const CuboidMap& map) { return findFreeBoxes(map, task); });
+  const FreeBoxes found = access.read(
+      [&](const CuboidMap& map) { return findFreeBoxes(map, task, Budget::unlimited()).value; });
   return makeResult("FreeBoxes", toMetres(access, found.boxes), found.covered_volume_m3,
                     found.missing_volume_m3);
 }
@@ -70,20 +72,16 @@ py::object frontiers(MapAccess& access, const Doubles& size, const py::object& r
   task.size_m = toVector(size, "size");
   task.max_distance_m = max_distance_m;
   task.view_range_m = view_range_m;
-  const Frontiers found =
-      access.read([&](const CuboidMap& map) { return findFrontiers(map, task); });
-  if (!found.is_valid) {
-    throw Error(
-        "size must be three edges > 0, max_distance and view_range >= 0, all finite, and "
-        "view_range at most 500 voxels");
-  }
+  const auto found = access.read(
+      [&](const CuboidMap& map) { return findFrontiers(map, task, Budget::unlimited()); });
+  requireValid(found, "frontiers");
   const Grid grid = access.grid();
   std::vector<double> centers;
   std::vector<double> places;
   std::vector<double> volumes;
   std::vector<double> voxels;
   std::vector<std::int64_t> ends;
-  for (const Frontier& frontier : found.frontiers) {
+  for (const Frontier& frontier : found.value) {
     append(centers, frontier.center_map);
     append(places, frontier.place_map.value_or(Eigen::Vector3d::Constant(NAN)));
     volumes.push_back(frontier.unknown_volume_m3);

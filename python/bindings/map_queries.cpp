@@ -53,7 +53,7 @@ py::object queryBoxes(MapAccess& access, const Doubles& array) {
   std::vector<double> unknown(boxes.size());
   access.read([&](const CuboidMap& map) {
     for (std::size_t i = 0; i < boxes.size(); ++i) {
-      const BoxQueryResult result = queryBox(map, boxes[i]);
+      const BoxQueryResult result = *queryCells(map, boxes[i], Budget::unlimited());
       occupancy[i] = static_cast<std::uint8_t>(result.occupancy());
       free[i] = result.free_volume_m3;
       occupied[i] = result.occupied_volume_m3;
@@ -77,7 +77,8 @@ struct CuboidColumns {
     }
     append(boxes, map.grid().toMetricBox(cuboid.box));
     occupancy.push_back(static_cast<std::uint8_t>(cuboid.occupancy));
-    probability.push_back(static_cast<float>(meanProbability(map, cuboid.box).value_or(NAN)));
+    probability.push_back(
+        static_cast<float>(meanProbability(map, cuboid.box, Budget::unlimited()).valueOr(NAN)));
   }
 };
 
@@ -90,9 +91,10 @@ py::object findCuboids(MapAccess& access, const py::object& box, const std::stri
   selection.is_clipped = is_clipped;
   CuboidColumns columns;
   access.read([&](const CuboidMap& map) {
-    const std::vector<Cuboid> cuboids = are_joined ? joinCuboids(map, region, selection.filter)
-                                                   : selectCuboids(map, region, selection).cuboids;
-    for (const Cuboid& cuboid : cuboids) columns.add(map, cuboid);
+    Budget& budget = Budget::unlimited();
+    const auto found = are_joined ? joinCuboids(map, region, selection.filter, budget)
+                                  : selectCuboids(map, region, selection, budget);
+    for (const Cuboid& cuboid : found.value) columns.add(map, cuboid);
   });
   return makeResult("Cuboids", toRows(std::move(columns.cells), 6),
                     toRows(std::move(columns.boxes), 6), toArray(std::move(columns.occupancy)),

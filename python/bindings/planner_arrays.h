@@ -3,6 +3,7 @@
 #pragma once
 
 #include "arrays.h"
+#include "cuboid_mapping/query/answer.h"
 
 #include <Eigen/Core>
 
@@ -18,6 +19,21 @@ const Eigen::Vector3d kNowhere = Eigen::Vector3d::Constant(NAN);
 /// Name of an element, such as "paths[3]".
 inline std::string element(const char* name, std::size_t index) {
   return std::string(name) + "[" + std::to_string(index) + "]";
+}
+
+/// @throws Error  with the fault of an invalid question.
+template <typename T>
+void requireValid(const cuboid_mapping::Answer<T>& answer, const std::string& name) {
+  if (!answer.fault.empty()) throw Error(name + ": " + answer.fault);
+}
+
+/// cuboid_map.results.CorridorEnd of a search for a way, with the numbers of the service find_corridor.
+template <typename WayT>
+py::object toCorridorEnd(const cuboid_mapping::Answer<WayT>& answer) {
+  const int number = answer.isFound()      ? 1
+                     : answer.isNotFound() ? 2 + static_cast<int>(answer.value.blocked)
+                                           : 5;
+  return py::module::import("cuboid_map.results").attr("CorridorEnd")(number);
 }
 
 /// @throws Error

@@ -55,10 +55,9 @@ py::object castRays(MapAccess& access, const Doubles& origin_array, const Double
   std::vector<double> unknown_length(origins.size());
   access.read([&](const CuboidMap& map) {
     for (std::size_t i = 0; i < origins.size(); ++i) {
-      const auto ray = castRay(map, origins[i], directions[i], max_range_m, policy);
-      require(ray.has_value(), "a ray is wrong: " + element("origins", i) + " and " +
-                                   element("directions", i) +
-                                   " must be finite, the direction not zero, max_range > 0");
+      const auto ray =
+          castRay(map, origins[i], directions[i], max_range_m, policy, Budget::unlimited());
+      requireValid(ray, "ray " + std::to_string(i));
       end[i] = toNumber(ray->end);
       distance[i] = ray->distance_m;
       append(points, ray->point_map);
@@ -98,14 +97,13 @@ py::object checkPaths(MapAccess& access, const Doubles& array, const Doubles& si
   std::vector<double> points;
   access.read([&](const CuboidMap& map) {
     for (std::size_t i = 0; i < paths.size(); ++i) {
-      const auto path = checkPath(map, paths[i], size, policy);
-      require(path.answer != cuboid_mapping::WayAnswer::kInvalid,
-              element("paths", i) + " must be finite and within the range of the grid");
-      free[i] = static_cast<std::uint8_t>(!path.contact);
-      length[i] = path.length_m;
-      free_length[i] = path.contact ? path.contact->distance_m : path.length_m;
-      if (path.contact) segment[i] = static_cast<std::int64_t>(path.contact->segment);
-      append(points, path.contact ? path.contact->point_map : kNowhere);
+      const auto path = checkPath(map, paths[i], size, policy, Budget::unlimited());
+      requireValid(path, element("paths", i));
+      free[i] = static_cast<std::uint8_t>(path.isNotFound());
+      length[i] = lengthOf(paths[i]);
+      free_length[i] = path.isFound() ? path->distance_m : length[i];
+      if (path.isFound()) segment[i] = static_cast<std::int64_t>(path->segment);
+      append(points, path.isFound() ? path->point_map : kNowhere);
     }
   });
   return makeResult("Paths", toArray(std::move(free)).attr("astype")("bool"),
@@ -126,7 +124,9 @@ py::object findNearestCuboids(MapAccess& access, const Doubles& array, std::size
   access.read([&](const CuboidMap& map) {
     for (std::size_t i = 0; i < points.size(); ++i) {
       std::size_t at = i * k;
-      for (const NearestCuboid& near : findNearest(map, points[i], k, filter, max_distance_m)) {
+      const auto nearest =
+          findNearest(map, points[i], k, filter, Budget::unlimited(), max_distance_m);
+      for (const NearestCuboid& near : nearest.value) {
         const MetricBox box = map.grid().toMetricBox(near.cuboid.box);
         distance[at] = near.distance_m;
         put(closest, at, near.closest_point_map);
@@ -155,30 +155,32 @@ py::array_t<double> findNearestFree(MapAccess& access, const Doubles& array,
   std::vector<double> places;
   access.read([&](const CuboidMap& map) {
     for (const Eigen::Vector3d& point : points) {
-      append(places, findNearestFit(map, point, size, policy, max_distance_m).value_or(kNowhere));
+      const auto place =
+          findNearestFit(map, point, size, policy, max_distance_m, Budget::unlimited());
+      append(places, place.isFound() ? place->center_map : kNowhere);
     }
   });
   return toRows(std::move(places), 3);
 }
 
-py::object searchCorridor(MapAccess& access, const CorridorTask& task, double time_limit_s) {
-  Corridor corridor;
+py::object searchCorridor(MapAccess& access, const CorridorTask& task, UnknownPolicy policy,
+                          double time_limit_s) {
+  Answer<Corridor> answer;
+  const Corridor& corridor = answer.value;
   std::vector<double> boxes;
   access.read([&](const CuboidMap& map) {
     Budget budget(QueryLimits{time_limit_s});
-    corridor = findCorridor(map, task, budget);
+    answer = findCorridor(map, task, policy, budget);
     for (const CellBox& box : corridor.boxes) append(boxes, map.grid().toMetricBox(box));
   });
-  require(corridor.end != CorridorEnd::kInvalid,
-          "start and goal must be finite and within the range of the grid");
+  requireValid(answer, "corridor");
   std::vector<double> portals;
   for (const Eigen::Vector3d& point : corridor.portals_map) append(portals, point);
   std::vector<double> path;
   for (const Eigen::Vector3d& point : corridor.path_map) append(path, point);
-  const py::object end =
-      py::module::import("cuboid_map.results").attr("CorridorEnd")(static_cast<int>(corridor.end));
-  return makeResult("Corridor", end, toRows(std::move(boxes), 6), toRows(std::move(portals), 3),
-                    toRows(std::move(path), 3), corridor.length_m, corridor.num_visited);
+  return makeResult("Corridor", toCorridorEnd(answer), toRows(std::move(boxes), 6),
+                    toRows(std::move(portals), 3), toRows(std::move(path), 3), corridor.length_m,
+                    corridor.num_visited);
 }
 
 void bindCorridor(MapClass& map) {
@@ -190,12 +192,11 @@ void bindCorridor(MapClass& map) {
         task.start_map = toVector(start, "start");
         task.goal_map = toVector(goal, "goal");
         task.size_m = toSize(size);
-        task.policy = toUnknownPolicy(unknown);
         if (!region.is_none()) {
           const Grid grid = access.read([](const CuboidMap& m) { return m.grid(); });
           task.region = toCellBox(grid, region.cast<Doubles>(), "region");
         }
-        return searchCorridor(access, task, time_limit_s);
+        return searchCorridor(access, task, toUnknownPolicy(unknown), time_limit_s);
       },
       "start"_a, "goal"_a, "size"_a, "unknown"_a = "obstacle", "time_limit"_a = kInfinity,
       "region"_a = py::none(),

@@ -53,14 +53,15 @@ std::optional<CuboidPicker::Picture> CuboidPicker::find(std::uint64_t voxel) con
     if (brick == nullptr) return;
     std::vector<Cuboid> cuboids;
     if (are_joined_) {
-      cuboids = joinCuboids(map, {chunk_, chunk_ + Cell{kChunkEdge, kChunkEdge, kChunkEdge}});
+      const CellBox chunk{chunk_, chunk_ + Cell{kChunkEdge, kChunkEdge, kChunkEdge}};
+      cuboids = joinCuboids(map, chunk, CuboidFilter::kAll, Budget::unlimited()).value;
     } else {
       divideBrick(*brick, cuboids);
     }
     for (const Cuboid& cuboid : cuboids) {
       if (!cuboid.box.contains(cell)) continue;
-      picture = Picture{voxel, cuboid, meanProbability(map, cuboid.box).value_or(0.5),
-                        map.grid().resolution()};
+      const auto probability = meanProbability(map, cuboid.box, Budget::unlimited());
+      picture = Picture{voxel, cuboid, probability.valueOr(0.5), map.grid().resolution()};
     }
   });
   return picture;

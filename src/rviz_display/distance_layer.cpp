@@ -81,7 +81,7 @@ std::vector<FlatImage::Pixel> DistanceColors::update(CuboidMap map, const CellBo
     kept_ = std::move(last);
   } else {
     last.reset();
-    DistanceField field(map, layer, bound_m);
+    DistanceField field(map, layer, bound_m, UnknownPolicy::kFree);
     kept_.emplace(Kept{std::move(map), std::move(field), bound_m});
   }
   return colorPixels(kept_->map, kept_->field, bound_m);

@@ -125,7 +125,8 @@ class FaceMaker {
     }
     const bool are_occupied = classOf(set_) == Occupancy::kOccupied;
     const auto filter = are_occupied ? CuboidFilter::kOccupied : CuboidFilter::kFree;
-    for (const Cuboid& cuboid : joinCuboids(map_, chunk, filter)) {
+    const auto joined = joinCuboids(map_, chunk, filter, Budget::unlimited());
+    for (const Cuboid& cuboid : joined.value) {
       const CellBox& box = cuboid.box;
       changed_s_ = kNever_s;
       (void)anyBrick(box, [&](const Cell& brick) {
@@ -133,7 +134,7 @@ class FaceMaker {
         return false;
       });
       const auto look_of = [&] {
-        return makeLook(*cuboid_mapping::meanProbability(map_, box), box);
+        return makeLook(*cuboid_mapping::meanProbability(map_, box, Budget::unlimited()), box);
       };
       if (isSlice(set_)) {
         addCrossSection(box, look_of);

@@ -49,11 +49,11 @@ FrontierPicture findAndDraw(const CuboidMap& map, const FrontierTask& task,
   MapTurns turns;
   turns.is_stopped = &is_stopped;
   Budget budget(limits, turns);
-  const Frontiers found = findFrontiers(map, task, budget);
-  if (!found.is_valid) throw std::invalid_argument("Robot: all edges must be greater than 0 m");
+  const auto found = findFrontiers(map, task, budget);
+  if (!found.fault.empty()) throw std::invalid_argument("Robot: " + found.fault);
   FrontierPicture picture =
-      drawFrontiers(map.grid(), found.frontiers, map.grid().toMetricBox(task.region).min_m);
-  picture.is_complete = !found.is_truncated;
+      drawFrontiers(map.grid(), found.value, map.grid().toMetricBox(task.region).min_m);
+  picture.is_complete = found.status != AnswerStatus::kBudgetSpent;
   return picture;
 }
 

@@ -41,14 +41,15 @@ BoxCover cover(const CuboidMap& map, const CellBox& region, const BoxOptions& op
   task.max_boxes = options.max_boxes;
   task.region = region;
   task.keep_free = toKeepFree(options.keep_free, map.grid());
-  BoxCover found = coverOccupied(map, task);
-  if (found.end == BoxesEnd::kTooFewBoxes) {
+  const auto found = coverOccupied(map, task, Budget::unlimited());
+  if (found.isNotFound()) {
     throw std::runtime_error(
         "--boxes " + std::to_string(options.max_boxes) +
         " is not enough, because of --keep-free or of voxels far from all others: " +
-        std::to_string(found.boxes.size()) + " would be; or choose a part with --min and --max");
+        std::to_string(found.value.boxes.size()) +
+        " would be; or choose a part with --min and --max");
   }
-  return found;
+  return found.value;
 }
 
 std::string describe(const BoxCover& cover) {
@@ -103,8 +104,8 @@ std::string writeBoxes(const std::string& file, const MapSnapshot& snapshot,
     for (const CellBox& box : found.boxes) cuboids.push_back({box, Occupancy::kOccupied});
     description = describe(found);
   } else {
-    cuboids =
-        joinCuboids(map, region, options.are_joined ? CuboidFilter::kAll : CuboidFilter::kOccupied);
+    const CuboidFilter classes = options.are_joined ? CuboidFilter::kAll : CuboidFilter::kOccupied;
+    cuboids = joinCuboids(map, region, classes, Budget::unlimited()).value;
     description = counted(cuboids.size(), "joined cuboid");
   }
   if (isCsv(file)) {

@@ -22,7 +22,6 @@ namespace {
 using cuboid_mapping::Budget;
 using cuboid_mapping::CellBox;
 using cuboid_mapping::Corridor;
-using cuboid_mapping::CorridorEnd;
 using cuboid_mapping::CorridorTask;
 using cuboid_mapping::CuboidMap;
 using cuboid_mapping::Grid;
@@ -43,26 +42,29 @@ constexpr const char* kUsage =
     "  _robot_frame                frame of the robot (default base_link)\n"
     "  _server                     name of the mapping node (default cuboid_mapping)\n";
 
-/// Meaning of each end of a search, with advice.
-const char* explain(CorridorEnd end) {
-  switch (end) {
-    case CorridorEnd::kFound: return "FOUND: there is a way to the goal";
-    case CorridorEnd::kInvalid:
+/// Meaning of the result of a search, with advice.
+const char* explain(const Answer<Corridor>& corridor) {
+  switch (corridor.status) {
+    case AnswerStatus::kFound: return "FOUND: there is a way to the goal";
+    case AnswerStatus::kInvalid:
       return "INVALID: the robot's size or the goal is invalid; check size_x, size_y, size_z and "
              "the goal";
-    case CorridorEnd::kStartBlocked:
+    case AnswerStatus::kBudgetSpent:
+      return "TIME_LIMIT: the search took too long; there may be a way, so raise time_limit";
+    case AnswerStatus::kNotFound: break;
+  }
+  switch (corridor.value.blocked) {
+    case Blocked::kStart:
       return "START_BLOCKED: the robot's box touches an obstacle or unknown space where it stands; "
              "the planner waits until the map is free there";
-    case CorridorEnd::kGoalBlocked:
+    case Blocked::kGoal:
       return "GOAL_BLOCKED: there is an obstacle or unknown space at the goal; choose another "
              "goal, or drive to a place from which the robot can see it";
-    case CorridorEnd::kNoWay:
-      return "NO_WAY: there is no way through free space at the moment; the planner waits until "
-             "the map changes";
-    case CorridorEnd::kBudgetSpent:
-      return "TIME_LIMIT: the search took too long; there may be a way, so raise time_limit";
+    case Blocked::kBetween: break;
   }
-  return "";
+  return "NO_WAY: there is no way through free space at the moment; the planner waits until the "
+         "map "
+         "changes";
 }
 
 /// A translucent box, or the ball in it.
@@ -94,8 +96,8 @@ class ExamplePlanner {
                 private_nh_.param("size_z", 0.5)),
         height_m_(private_nh_.param("height", 0.6)),
         time_limit_s_(private_nh_.param("time_limit", 0.5)),
-        policy_(private_nh_.param("unknown_passes", false) ? UnknownPolicy::kPass
-                                                           : UnknownPolicy::kStop),
+        policy_(private_nh_.param("unknown_passes", false) ? UnknownPolicy::kFree
+                                                           : UnknownPolicy::kObstacle),
         robot_frame_(private_nh_.param<std::string>("robot_frame", "base_link")),
         client_(nh_, private_nh_.param<std::string>("server", "cuboid_mapping"),
                 [this](const cuboid_mapping::ChangeSet& /*changes*/) { is_map_new_ = true; }) {
@@ -130,10 +132,10 @@ class ExamplePlanner {
     goal = *T_map_goal * goal;
     Eigen::Vector3d start = T_map_robot->translation();
     start.z() = goal.z() = height_m_;
-    const Corridor corridor =
+    const auto corridor =
         client_.read([&](const CuboidMap& map) { return plan(map, start, goal); });
     tell(corridor);
-    show(corridor, start, goal);
+    show(corridor.value, corridor.isFound(), start, goal);
   }
 
   /// The latest pose of a frame in the map; identity if it has no name.
@@ -150,17 +152,20 @@ class ExamplePlanner {
   }
 
   /// Plans from the place nearest to the robot to the place nearest to the goal at which the robot's box fits.
-  Corridor plan(const CuboidMap& map, const Eigen::Vector3d& start,
-                const Eigen::Vector3d& goal) const {
-    constexpr double kMaxDistance_m = 1.0;
-    CorridorTask task;
-    task.start_map = findNearestFit(map, start, size_m_, policy_, kMaxDistance_m).value_or(start);
-    task.goal_map = findNearestFit(map, goal, size_m_, policy_, kMaxDistance_m).value_or(goal);
-    task.size_m = size_m_;
-    task.policy = policy_;
-    task.region = floorAround(map, task);
+  Answer<Corridor> plan(const CuboidMap& map, const Eigen::Vector3d& start,
+                        const Eigen::Vector3d& goal) const {
     Budget budget(QueryLimits{time_limit_s_});
-    return findCorridor(map, task, budget);
+    const auto place_near = [&](const Eigen::Vector3d& point) {
+      constexpr double kMaxDistance_m = 1.0;
+      const auto place = findNearestFit(map, point, size_m_, policy_, kMaxDistance_m, budget);
+      return place.isFound() ? place->center_map : point;
+    };
+    CorridorTask task;
+    task.start_map = place_near(start);
+    task.goal_map = place_near(goal);
+    task.size_m = size_m_;
+    task.region = floorAround(map, task);
+    return findCorridor(map, task, policy_, budget);
   }
 
   /// The map at the height of start and goal: the robot does not fly.
@@ -176,18 +181,19 @@ class ExamplePlanner {
   }
 
   /// Logs the result, if it is new.
-  void tell(const Corridor& corridor) {
-    if (corridor.end == last_end_) return;
-    last_end_ = corridor.end;
-    if (corridor.end == CorridorEnd::kFound) {
-      ROS_INFO("%s, %.1f m through %zu boxes", explain(corridor.end), corridor.length_m,
-               corridor.boxes.size());
+  void tell(const Answer<Corridor>& corridor) {
+    const char* text = explain(corridor);
+    if (text == last_text_) return;
+    last_text_ = text;
+    if (corridor.isFound()) {
+      ROS_INFO("%s, %.1f m through %zu boxes", text, corridor->length_m, corridor->boxes.size());
     } else {
-      ROS_WARN("%s", explain(corridor.end));
+      ROS_WARN("%s", text);
     }
   }
 
-  void show(const Corridor& corridor, const Eigen::Vector3d& start, const Eigen::Vector3d& goal) {
+  void show(const Corridor& corridor, bool is_found, const Eigen::Vector3d& start,
+            const Eigen::Vector3d& goal) {
     std_msgs::Header header;
     header.frame_id = client_.frameId();
     header.stamp = ros::Time::now();
@@ -213,10 +219,9 @@ class ExamplePlanner {
     }
     array.markers.push_back(
         makeMarker("robot", Marker::CUBE, start, size_m_, makeColor(1.0F, 0.85F, 0.1F, 0.9F)));
-    array.markers.push_back(makeMarker("goal", Marker::SPHERE, goal, size_m_,
-                                       corridor.end == CorridorEnd::kFound
-                                           ? makeColor(0.2F, 0.9F, 0.2F, 0.9F)
-                                           : makeColor(0.9F, 0.1F, 0.1F, 0.9F)));
+    array.markers.push_back(makeMarker(
+        "goal", Marker::SPHERE, goal, size_m_,
+        is_found ? makeColor(0.2F, 0.9F, 0.2F, 0.9F) : makeColor(0.9F, 0.1F, 0.1F, 0.9F)));
     for (std::size_t i = 0; i < array.markers.size(); ++i) {
       array.markers[i].header = header;
       array.markers[i].id = static_cast<int>(i);
@@ -232,7 +237,7 @@ class ExamplePlanner {
   UnknownPolicy policy_;
   std::string robot_frame_;
   std::optional<geometry_msgs::PoseStamped> clicked_goal_;
-  std::optional<CorridorEnd> last_end_;
+  const char* last_text_ = nullptr;  ///< Last result that was logged.
   std::atomic<bool> is_map_new_{false};
   tf2_ros::Buffer tf_buffer_;
   tf2_ros::TransformListener tf_listener_{tf_buffer_};

@@ -15,7 +15,7 @@ namespace cuboid_mapping {
 class JoinedLookup {
  public:
   explicit JoinedLookup(const CuboidMap& map)
-      : cuboids_(joinCuboids(map, kAllCells, CuboidFilter::kOccupied)) {
+      : cuboids_(joinCuboids(map, kAllCells, CuboidFilter::kOccupied, Budget::unlimited()).value) {
     for (std::size_t i = 0; i < cuboids_.size(); ++i) {
       forEachBrick(cuboids_[i].box, [&](const Cell& brick) { of_brick_[brick].push_back(i); });
     }

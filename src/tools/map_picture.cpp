@@ -73,7 +73,7 @@ Eigen::Vector3d ownColor(const CuboidMap& map, const RayQueryResult& seen,
   if (style.colors == PictureColors::kSize) {
     return rainbow(0.8 * (1.0 - std::min(1.0, sizeRatio(cell.size(), style))));
   }
-  const double probability = meanProbability(map, cell).value_or(0.5);
+  const double probability = meanProbability(map, cell, Budget::unlimited()).valueOr(0.5);
   return Eigen::Vector3d(0.1, 0.7, 0.2) * (1.0 - probability) +
          Eigen::Vector3d(0.85, 0.1, 0.1) * probability;
 }
@@ -148,12 +148,14 @@ std::optional<RayQueryResult> seeBelow(const CuboidMap& map, const Eigen::Vector
 /// The surface in a pixel.
 std::optional<RayQueryResult> see(const CuboidMap& map, const Camera& camera, const PixelRay& ray,
                                   double pixel_m) {
-  auto seen = castRay(map, ray.origin, ray.direction, camera.range_m, UnknownPolicy::kPass);
+  const auto seen = castRay(map, ray.origin, ray.direction, camera.range_m, UnknownPolicy::kFree,
+                            Budget::unlimited());
+  if (!seen.isFound()) return std::nullopt;
   const bool is_large = pixel_m > map.grid().resolution();
-  if (is_large && seen && seen->end != RayEnd::kOccupied) {
-    if (const auto below = seeBelow(map, ray.origin, pixel_m, camera.range_m)) seen = below;
+  if (is_large && seen->end != RayEnd::kOccupied) {
+    if (const auto below = seeBelow(map, ray.origin, pixel_m, camera.range_m)) return below;
   }
-  return seen;
+  return *seen;
 }
 
 /// Rays through pixels, or through the parts of pixels.

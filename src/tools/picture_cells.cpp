@@ -26,7 +26,7 @@ bool isLeaf(const CuboidMap& map, const CellBox& box) {
   double num_voxels = 0;
   std::optional<float> first;
   bool is_one = true;
-  visitValues(map, box, [&](float log_odds, int count) {
+  visitValues(map, box, Budget::unlimited(), [&](float log_odds, int count) {
     num_voxels += count;
     is_one = is_one && log_odds == first.value_or(log_odds);
     first = log_odds;
@@ -51,7 +51,7 @@ CellBox findCell(const CuboidMap& map, const Cell& voxel, const PictureStyle& st
   switch (style.cells) {
     case PictureCells::kVoxels: break;
     case PictureCells::kOctomap: return findLeaf(map, voxel);
-    case PictureCells::kCuboids: cuboid = findCuboid(map, voxel); break;
+    case PictureCells::kCuboids: cuboid = findCuboidOfCell(map, voxel); break;
     case PictureCells::kJoined: cuboid = style.joined->find(voxel); break;
   }
   return cuboid ? cuboid->box : CellBox::ofCell(voxel);

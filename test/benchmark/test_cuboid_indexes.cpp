@@ -84,7 +84,7 @@ TEST(CuboidIndexes, FindWhatThereIsInBoxesAtPointsAndNearThem) {
       SCOPED_TRACE(index->name());
       EXPECT_EQ(cuboidsIn(*index, kAllCells, CuboidFilter::kAll).size(), num_cuboids);
       EXPECT_EQ(cuboidsIn(*index, box, CuboidFilter::kFree), inside);
-      EXPECT_EQ(index->find(min), findCuboid(map, min));
+      EXPECT_EQ(index->find(min), findCuboidOfCell(map, min));
       EXPECT_EQ(index->nearest(point, 5, CuboidFilter::kOccupied), distances);
     }
   }
@@ -95,7 +95,7 @@ TEST(CuboidIndexes, PortalsAreThoseOfTheFreeGraph) {
   const CuboidMap map = makeClusters(random);
   (void)countCuboids(map);  // Divides the bricks.
   const CellBox region{{-90, -80, -30}, {100, 70, 40}};
-  const FreeGraph graph = buildFreeGraph(map, region, {0, 0, 0});
+  const FreeGraph graph = buildFreeGraph(map, region, {0, 0, 0}, Budget::unlimited()).value;
   ASSERT_GT(graph.portals.size(), 100U);
   const auto indexes = makeIndexes(map);
   for (const auto& index : indexes) {

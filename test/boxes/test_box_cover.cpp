@@ -59,13 +59,15 @@ TEST(BoxCover, coversWhatIsOccupiedAndSaysWhatItAdds) {
     if (random.chance(0.5)) task.region = test::randomBoxInside(random, area);
     if (random.chance(0.5)) task.keep_free = randomBoxes(random, area, 3);
     std::vector<CellBox> joined;
-    for (const Cuboid& c : joinCuboids(map, task.region, CuboidFilter::kOccupied))
-      joined.push_back(c.box);
+    const auto cuboids =
+        joinCuboids(map, task.region, CuboidFilter::kOccupied, Budget::unlimited());
+    for (const Cuboid& c : cuboids.value) joined.push_back(c.box);
     std::set<Cell> expected = cellsOfBoxes(joined);
     const auto num_occupied = static_cast<double>(expected.size());
     for (const Cell& cell : cellsOfBoxes(task.keep_free)) expected.erase(cell);
 
-    const BoxCover cover = coverOccupied(map, task);
+    const auto answer = coverOccupied(map, task, Budget::unlimited());
+    const BoxCover& cover = answer.value;
     const double voxel = map.grid().voxelVolume();
     const std::set<Cell> covered = cellsOfBoxes(cover.boxes);
     ASSERT_TRUE(std::includes(covered.begin(), covered.end(), expected.begin(), expected.end()));
@@ -79,7 +81,7 @@ TEST(BoxCover, coversWhatIsOccupiedAndSaysWhatItAdds) {
       EXPECT_TRUE(task.region.contains(box)) << box;
     }
     const bool is_found = cover.boxes.size() <= task.max_boxes;
-    EXPECT_EQ(cover.end, is_found ? BoxesEnd::kFound : BoxesEnd::kTooFewBoxes);
+    EXPECT_EQ(answer.status, is_found ? AnswerStatus::kFound : AnswerStatus::kNotFound);
     EXPECT_TRUE(is_found || !task.keep_free.empty());
     num_too_few += is_found ? 0 : 1;
   }
@@ -128,7 +130,7 @@ TEST(BoxCover, isCloseToTheBestOnSmallCases) {
     CoverTask task;
     task.max_boxes = 1 + random.index(3);
     const CuboidMap map = makeMap(occupied);
-    const BoxCover cover = coverOccupied(map, task);
+    const BoxCover cover = *coverOccupied(map, task, Budget::unlimited());
     Bits covered = 0;
     for (const CellBox& box : cover.boxes) covered |= bitsOf(box);
     const int added = __builtin_popcount(covered & ~bits);
@@ -148,10 +150,10 @@ TEST(BoxCover, addsNothingWhereThereAreBoxesEnough) {
   const CuboidMap map = makeMap({{{0, 0, 0}, {50, 1, 20}}, {{0, 0, 0}, {1, 50, 20}}});
   CoverTask task;
   task.max_boxes = 2;
-  const BoxCover cover = coverOccupied(map, task);
-  EXPECT_EQ(cover.end, BoxesEnd::kFound);
-  EXPECT_EQ(cover.boxes.size(), 2U);
-  EXPECT_EQ(cover.added_volume_m3, 0.0);
+  const auto cover = coverOccupied(map, task, Budget::unlimited());
+  ASSERT_TRUE(cover.isFound());
+  EXPECT_EQ(cover->boxes.size(), 2U);
+  EXPECT_EQ(cover->added_volume_m3, 0.0);
 }
 
 TEST(BoxCover, doesNotUniteVoxelsThatAreFarApart) {
@@ -161,9 +163,9 @@ TEST(BoxCover, doesNotUniteVoxelsThatAreFarApart) {
                                  {{far, far, far}, {far + 1, far + 1, far + 1}}});
   CoverTask task;
   task.max_boxes = 1;
-  const BoxCover cover = coverOccupied(map, task);
-  EXPECT_EQ(cover.end, BoxesEnd::kTooFewBoxes);
-  EXPECT_EQ(cover.boxes.size(), 2U);
+  const auto cover = coverOccupied(map, task, Budget::unlimited());
+  EXPECT_TRUE(cover.isNotFound());
+  EXPECT_EQ(cover.value.boxes.size(), 2U);
 }
 
 TEST(BoxCover, isTheSameAgain) {
@@ -171,21 +173,20 @@ TEST(BoxCover, isTheSameAgain) {
   const CuboidMap map = makeMap(randomBoxes(random, {{-60, -60, -10}, {60, 60, 10}}, 400));
   CoverTask task;
   task.max_boxes = 25;
-  const BoxCover cover = coverOccupied(map, task);
-  EXPECT_EQ(coverOccupied(map, task).boxes, cover.boxes);
+  const auto cover = coverOccupied(map, task, Budget::unlimited());
+  EXPECT_EQ(coverOccupied(map, task, Budget::unlimited())->boxes, cover->boxes);
 }
 
 TEST(BoxCover, refusesNoBoxesAndEmptyRegions) {
   const CuboidMap map = makeMap({{{0, 0, 0}, {5, 5, 5}}});
   CoverTask task;
-  EXPECT_EQ(coverOccupied(map, task).end, BoxesEnd::kInvalid);
+  EXPECT_FALSE(coverOccupied(map, task, Budget::unlimited()).fault.empty());
   task.max_boxes = 1;
-  EXPECT_EQ(coverOccupied(map, task).end, BoxesEnd::kFound);
+  EXPECT_TRUE(coverOccupied(map, task, Budget::unlimited()).isFound());
   task.region = {};
-  EXPECT_EQ(coverOccupied(map, task).end, BoxesEnd::kInvalid);
+  EXPECT_FALSE(coverOccupied(map, task, Budget::unlimited()).fault.empty());
   task.region = {{100, 100, 100}, {200, 200, 200}};
-  EXPECT_EQ(coverOccupied(map, task).end, BoxesEnd::kFound);
-  EXPECT_TRUE(coverOccupied(map, task).boxes.empty());
+  EXPECT_TRUE(coverOccupied(map, task, Budget::unlimited())->boxes.empty());
 }
 
 TEST(BoxCover, saysThatItsBudgetIsSpent) {
@@ -197,9 +198,9 @@ TEST(BoxCover, saysThatItsBudgetIsSpent) {
     QueryLimits limits;
     limits.max_bricks = max_bricks;
     Budget budget(limits);
-    const BoxCover cover = coverOccupied(map, task, budget);
-    EXPECT_EQ(cover.end, BoxesEnd::kBudgetSpent);
-    EXPECT_TRUE(cover.boxes.empty());
+    const auto cover = coverOccupied(map, task, budget);
+    EXPECT_EQ(cover.status, AnswerStatus::kBudgetSpent);
+    EXPECT_TRUE(cover.value.boxes.empty());
   }
 }
 

@@ -36,8 +36,9 @@ TEST(FreeBoxes, areFreeAndCountedRight) {
     task.max_boxes = static_cast<std::size_t>(random.integer(1, 40));
     task.may_overlap = random.chance(0.5);
     if (random.chance(0.5)) task.region = test::randomBoxInside(random, kFreeArea);
-    const FreeBoxes found = findFreeBoxes(map, task);
-    ASSERT_EQ(found.end, BoxesEnd::kFound);
+    const auto answer = findFreeBoxes(map, task, Budget::unlimited());
+    ASSERT_TRUE(answer.isFound() || countFree(map, task.region) == 0.0);
+    const FreeBoxes& found = answer.value;
     EXPECT_LE(found.boxes.size(), task.max_boxes);
     std::set<Cell> covered;
     for (const CellBox& box : found.boxes) {
@@ -94,7 +95,8 @@ TEST(FreeBoxes, areCloseToTheBestOnSmallCases) {
     task.max_boxes = 1 + random.index(3);
     task.may_overlap = random.chance(0.5);
     Bits covered = 0;
-    for (const CellBox& box : findFreeBoxes(map, task).boxes) covered |= bitsOf(box);
+    const auto found = findFreeBoxes(map, task, Budget::unlimited());
+    for (const CellBox& box : found.value.boxes) covered |= bitsOf(box);
     const int most = mostCovered(0, task.max_boxes, boxes, 0, task.may_overlap);
     ASSERT_LE(__builtin_popcount(covered), most) << test::seedNote(static_cast<std::size_t>(i));
     num_covered += __builtin_popcount(covered);
@@ -104,14 +106,44 @@ TEST(FreeBoxes, areCloseToTheBestOnSmallCases) {
   EXPECT_GE(num_covered, 0.9 * num_most);
 }
 
+/// Others fill the map while the searches let them in: the boxes are those of the map as it was.
+TEST(FreeBoxes, andCoversAreOfOneRevisionOfTheMap) {
+  Random random(3934);
+  const CuboidMap before = test::mapOfUpdates(random, 8);
+  CuboidMap map = before;
+  int num_turns = 0;
+  MapTurns turns;
+  turns.period_s = 0.0;
+  turns.yield = [&] {
+    const Cell min = test::randomCell(random, kFreeArea);
+    const CellBox box{min, min + Cell{2, 2, 2}};
+    ++num_turns;
+    map.replace(box, {{box, random.chance(0.5) ? 1.0F : -1.0F}});
+  };
+  Budget free_budget(QueryLimits{}, turns);
+  FreeBoxesTask task;
+  task.max_boxes = 12;
+  EXPECT_EQ(findFreeBoxes(map, task, free_budget)->boxes,
+            findFreeBoxes(before, task, Budget::unlimited())->boxes);
+  EXPECT_GT(num_turns, 3);
+  map = before;
+  num_turns = 0;
+  Budget cover_budget(QueryLimits{}, turns);
+  CoverTask cover_task;
+  cover_task.max_boxes = 5;
+  EXPECT_EQ(coverOccupied(map, cover_task, cover_budget)->boxes,
+            coverOccupied(before, cover_task, Budget::unlimited())->boxes);
+  EXPECT_GT(num_turns, 3);
+}
+
 TEST(FreeBoxes, refuseNoBoxesAndEmptyRegions) {
   CuboidMap map;
   FreeBoxesTask task;
-  EXPECT_EQ(findFreeBoxes(map, task).end, BoxesEnd::kInvalid);
+  EXPECT_FALSE(findFreeBoxes(map, task, Budget::unlimited()).fault.empty());
   task.max_boxes = 4;
-  EXPECT_EQ(findFreeBoxes(map, task).end, BoxesEnd::kFound);
+  EXPECT_TRUE(findFreeBoxes(map, task, Budget::unlimited()).isNotFound());
   task.region = {};
-  EXPECT_EQ(findFreeBoxes(map, task).end, BoxesEnd::kInvalid);
+  EXPECT_FALSE(findFreeBoxes(map, task, Budget::unlimited()).fault.empty());
 }
 
 TEST(FreeBoxes, sayThatTheBudgetIsSpent) {
@@ -122,7 +154,7 @@ TEST(FreeBoxes, sayThatTheBudgetIsSpent) {
   QueryLimits limits;
   limits.max_bricks = 3;
   Budget budget(limits);
-  EXPECT_EQ(findFreeBoxes(map, task, budget).end, BoxesEnd::kBudgetSpent);
+  EXPECT_EQ(findFreeBoxes(map, task, budget).status, AnswerStatus::kBudgetSpent);
 }
 
 }  // namespace

@@ -70,7 +70,7 @@ TEST(JoinedCuboids, coverExactlyTheVoxelsOfTheirClassInTheRegion) {
     const bool is_part = random.chance(0.7);
     const CellBox region = is_part ? test::randomBoxInside(random, kJoinedArea) : kAllCells;
     const auto classes = static_cast<CuboidFilter>(random.integer(0, 2));
-    const std::vector<Cuboid> joined = joinCuboids(map, region, classes);
+    const std::vector<Cuboid> joined = joinCuboids(map, region, classes, Budget::unlimited()).value;
     expectExact(map, region, classes, joined);
     for (std::size_t i = 0; i < joined.size(); ++i) {
       for (std::size_t k = 0; k < i; ++k) {
@@ -93,12 +93,18 @@ TEST(JoinedCuboids, areTheSameForEveryOrderOfCloudsAndFusion) {
     config.sensor_model.alpha_max = 0.9995;
     std::vector<ScanUpdate> updates = randomUpdates(random);
     updates.resize(std::min<std::size_t>(updates.size(), 6));
-    const std::vector<Cuboid> joined = joinCuboids(makeMap(updates, config));
+    const std::vector<Cuboid> joined =
+        joinCuboids(makeMap(updates, config), kAllCells, CuboidFilter::kAll, Budget::unlimited())
+            .value;
     for (const FusionKind fusion : {FusionKind::kClass, FusionKind::kGrowth, FusionKind::kNone}) {
       random.shuffle(updates);
       config.fusion = fusion;
       config.fuse = random.chance(0.5) ? FusionTime::kEveryCloud : FusionTime::kWhenRead;
-      ASSERT_EQ(joinCuboids(makeMap(updates, config)), joined) << test::seedNote(i);
+      ASSERT_EQ(
+          joinCuboids(makeMap(updates, config), kAllCells, CuboidFilter::kAll, Budget::unlimited())
+              .value,
+          joined)
+          << test::seedNote(i);
     }
   }
 }
@@ -107,18 +113,20 @@ TEST(JoinedCuboids, aWallIsOneCuboid) {
   CuboidMap map;
   const CellBox wall{{-37, 5, -20}, {91, 7, 33}};
   map.replace(kAllCells, std::vector<UniformBox>{{wall, 1.0F}});
-  const std::vector<Cuboid> joined = joinCuboids(map);
+  const std::vector<Cuboid> joined =
+      joinCuboids(map, kAllCells, CuboidFilter::kAll, Budget::unlimited()).value;
   ASSERT_EQ(joined.size(), 1U);
   EXPECT_EQ(joined[0], (Cuboid{wall, Occupancy::kOccupied}));
 }
 
 TEST(JoinedCuboids, thereAreNoneInNothing) {
   CuboidMap map;
-  EXPECT_TRUE(joinCuboids(map).empty());
+  EXPECT_TRUE(joinCuboids(map, kAllCells, CuboidFilter::kAll, Budget::unlimited()).isNotFound());
   map.replace(kAllCells, std::vector<UniformBox>{{{{0, 0, 0}, {8, 8, 8}}, 1.0F}});
-  EXPECT_TRUE(joinCuboids(map, CellBox{}).empty());
-  EXPECT_TRUE(joinCuboids(map, {{5, 5, 5}, {1, 9, 9}}).empty());
-  EXPECT_TRUE(joinCuboids(map, kAllCells, CuboidFilter::kFree).empty());
+  EXPECT_TRUE(joinCuboids(map, CellBox{}, CuboidFilter::kAll, Budget::unlimited()).isNotFound());
+  EXPECT_TRUE(joinCuboids(map, {{5, 5, 5}, {1, 9, 9}}, CuboidFilter::kAll, Budget::unlimited())
+                  .isNotFound());
+  EXPECT_TRUE(joinCuboids(map, kAllCells, CuboidFilter::kFree, Budget::unlimited()).isNotFound());
 }
 
 TEST(JoinedCuboids, leaveOutWhatTheBudgetDoesNotReach) {
@@ -127,10 +135,10 @@ TEST(JoinedCuboids, leaveOutWhatTheBudgetDoesNotReach) {
   QueryLimits limits;
   limits.max_bricks = 4;
   Budget budget(limits);
-  const std::vector<Cuboid> joined = joinCuboids(map, kAllCells, CuboidFilter::kAll, budget);
-  EXPECT_TRUE(budget.isSpent());
-  ASSERT_EQ(joined.size(), 1U);
-  EXPECT_EQ(joined[0].box.max.x, 32);
+  const auto joined = joinCuboids(map, kAllCells, CuboidFilter::kAll, budget);
+  EXPECT_EQ(joined.status, AnswerStatus::kBudgetSpent);
+  ASSERT_EQ(joined.value.size(), 1U);
+  EXPECT_EQ(joined.value[0].box.max.x, 32);
 }
 
 }  // namespace

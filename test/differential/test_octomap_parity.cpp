@@ -41,7 +41,7 @@ class Pair {
     EXPECT_LE(agreement.max_log_odds_difference, 1e-3);
     EXPECT_EQ(checkMap(map_), std::vector<std::string>{});
     const CellBox bounds = *map_.bounds();
-    const BoxQueryResult all = queryBox(map_, bounds);
+    const BoxQueryResult all = *queryCells(map_, bounds, Budget::unlimited());
     const double voxel_m3 = map_.grid().voxelVolume();
     EXPECT_NEAR((all.free_volume_m3 + all.occupied_volume_m3) / voxel_m3, agreement.voxels, 0.5);
     EXPECT_NEAR(all.free_volume_m3 / voxel_m3, map_.voxels().numFreeVoxels(), 0.5);

@@ -45,15 +45,16 @@ TEST(FclObstacles, meetBoxesAndSpheresAsTheQueriesOfTheMapSay) {
     const Eigen::Vector3d point = test::randomPoint(random, 2.5);
     const Eigen::Vector3d size_m(random.real(0.05, 0.6), random.real(0.05, 0.6), 0.3);
     auto box = at(point, std::make_shared<fcl::Boxd>(size_m));
-    const bool is_met =
-        queryBox(model.map, MetricBox{point - 0.5 * size_m, point + 0.5 * size_m})->occupancy() ==
-        Occupancy::kOccupied;
+    const bool is_met = queryBox(model.map, MetricBox{point - 0.5 * size_m, point + 0.5 * size_m},
+                                 Budget::unlimited())
+                            ->occupancy() == Occupancy::kOccupied;
     ASSERT_EQ(obstacles.collides(box), is_met) << test::seedNote(i);
     num_met += is_met ? 1 : 0;
 
     const double radius_m = random.real(0.01, 0.3);
     auto ball = at(point, std::make_shared<fcl::Sphered>(radius_m));
-    const auto nearest = findNearest(model.map, point, 1, CuboidFilter::kOccupied);
+    const auto nearest =
+        findNearest(model.map, point, 1, CuboidFilter::kOccupied, Budget::unlimited()).value;
     const double distance_m = std::max(0.0, nearest.at(0).distance_m - radius_m);
     ASSERT_NEAR(obstacles.computeDistance_m(ball), distance_m, 2e-3) << test::seedNote(i);
   }

@@ -44,7 +44,7 @@ class Ompl : public testing::Test {
   }
 
   CuboidMap map_;
-  OmplRobot robot_{map_, {0.5, 0.5, 0.5}, UnknownPolicy::kStop};
+  OmplRobot robot_{map_, {0.5, 0.5, 0.5}, UnknownPolicy::kObstacle};
   std::shared_ptr<ob::RealVectorStateSpace> space_;
   std::unique_ptr<ompl::geometric::SimpleSetup> setup_;
 };
@@ -61,17 +61,20 @@ TEST_F(Ompl, IsToldOfEveryStateAndMotionWhatTheMapSays) {
     const Eigen::Vector3d to = random_point();
     const bool is_inside = from.x() >= 0.0 && from.x() <= 4.0;
     EXPECT_EQ(information->isValid(state(from).get()),
-              is_inside && isFree(map_, boxAround(from, robot_.size_m), robot_.policy));
-    const auto swept = checkPath(map_, {from, to}, robot_.size_m, robot_.policy);
+              is_inside &&
+                  isFree(map_, boxAround(from, robot_.size_m), robot_.policy, Budget::unlimited()));
+    const auto swept =
+        checkPath(map_, {from, to}, robot_.size_m, robot_.policy, Budget::unlimited());
     const auto& motion = information->getMotionValidator();
-    EXPECT_EQ(motion->checkMotion(state(from).get(), state(to).get()), swept.isFree());
+    EXPECT_EQ(motion->checkMotion(state(from).get(), state(to).get()), swept.isNotFound());
     auto last = state({0, 0, 0});
     std::pair<ob::State*, double> last_valid{last.get(), -1.0};
-    EXPECT_EQ(motion->checkMotion(state(from).get(), state(to).get(), last_valid), swept.isFree());
-    num_free += swept.isFree() ? 1 : 0;
-    if (swept.isFree()) continue;
-    EXPECT_NEAR(last_valid.second * (to - from).norm(), swept.contact->distance_m, 1e-9);
-    EXPECT_LT((OmplRobot::centerOf(last.get()) - swept.contact->point_map).norm(), 1e-9);
+    EXPECT_EQ(motion->checkMotion(state(from).get(), state(to).get(), last_valid),
+              swept.isNotFound());
+    num_free += swept.isNotFound() ? 1 : 0;
+    if (swept.isNotFound()) continue;
+    EXPECT_NEAR(last_valid.second * (to - from).norm(), swept->distance_m, 1e-9);
+    EXPECT_LT((OmplRobot::centerOf(last.get()) - swept->point_map).norm(), 1e-9);
   }
   EXPECT_GT(num_free, 100);
   EXPECT_EQ(setup_->getSpaceInformation()->getMotionValidator()->getCheckedMotionCount(), 4000U);
@@ -85,7 +88,8 @@ TEST_F(Ompl, FindsAWayAroundAWall) {
   for (const ob::State* each : setup_->getSolutionPath().getStates()) {
     path.push_back(OmplRobot::centerOf(each));
   }
-  EXPECT_TRUE(checkPath(map_, path, robot_.size_m, robot_.policy).isFree());
+  EXPECT_TRUE(
+      checkPath(map_, path, robot_.size_m, robot_.policy, Budget::unlimited()).isNotFound());
 }
 
 }  // namespace

@@ -44,8 +44,10 @@ class FusionOrder : public testing::TestWithParam<OrderParam> {
 /// Compares distances, and cuboids if no other one is as far away.
 void checkNearest(const CuboidMap& lazy, const CuboidMap& fused, const Eigen::Vector3d& point,
                   CuboidFilter filter, double max_distance_m) {
-  const auto expected = findNearest(fused, point, 40, filter, max_distance_m);
-  const auto nearest = findNearest(lazy, point, 40, filter, max_distance_m);
+  const auto expected =
+      findNearest(fused, point, 40, filter, Budget::unlimited(), max_distance_m).value;
+  const auto nearest =
+      findNearest(lazy, point, 40, filter, Budget::unlimited(), max_distance_m).value;
   ASSERT_EQ(nearest.size(), expected.size());
   const auto is_alone = [&](std::size_t i) {
     return (i == 0 || expected[i - 1].distance_m < expected[i].distance_m) &&
@@ -83,18 +85,20 @@ void checkReaders(const CuboidMap& lazy, const CuboidMap& fused, Random& random)
   ASSERT_EQ(countCuboids(lazy).free, countCuboids(fused).free);
   ASSERT_EQ(countCuboids(lazy).occupied, countCuboids(fused).occupied);
   for (const CuboidOutput output : {CuboidOutput::kWhole, CuboidOutput::kClipped}) {
-    ASSERT_EQ(test::sorted(queryBox(lazy, region, output, filter).cuboids),
-              test::sorted(queryBox(fused, region, output, filter).cuboids));
+    ASSERT_EQ(
+        test::sorted(queryCells(lazy, region, Budget::unlimited(), output, filter)->cuboids),
+        test::sorted(queryCells(fused, region, Budget::unlimited(), output, filter)->cuboids));
   }
   ASSERT_EQ(isAnyOccupied(lazy, region), isAnyOccupied(fused, region));
   CuboidSelection selection{filter, random.integer(1, 3), random.chance(0.5)};
   const std::vector<Cuboid> selected =
-      test::sorted(selectCuboids(fused, region, selection).cuboids);
-  ASSERT_EQ(test::sorted(selectCuboids(lazy, region, selection).cuboids), selected);
+      test::sorted(selectCuboids(fused, region, selection, Budget::unlimited()).value);
+  ASSERT_EQ(test::sorted(selectCuboids(lazy, region, selection, Budget::unlimited()).value),
+            selected);
   selection.max_cuboids = random.index(selected.size() + 2);
-  const SelectedCuboids some = selectCuboids(lazy, region, selection);
-  ASSERT_EQ(some.is_truncated, selected.size() > selection.max_cuboids);
-  ASSERT_EQ(some.cuboids.size(), std::min(selected.size(), selection.max_cuboids));
+  const auto some = selectCuboids(lazy, region, selection, Budget::unlimited());
+  ASSERT_EQ(some.status == AnswerStatus::kBudgetSpent, selected.size() > selection.max_cuboids);
+  ASSERT_EQ(some.value.size(), std::min(selected.size(), selection.max_cuboids));
 
   const Eigen::Vector3d point = test::randomPoint(random, 7.0);
   checkNearest(lazy, fused, point, filter, random.chance(0.5) ? kAnyDistance : 2.0);
@@ -205,7 +209,8 @@ TEST(StaleBricks, thatBecomeUnknownLeaveTheTree) {
   map.replace(kAllCells, std::vector<UniformBox>{});
   EXPECT_EQ(measureTree(map).height, 0);
   EXPECT_TRUE(test::allCuboids(map).empty());
-  EXPECT_TRUE(findNearest(map, {0.0, 0.0, 0.0}, 1, CuboidFilter::kAll).empty());
+  EXPECT_TRUE(
+      findNearest(map, {0.0, 0.0, 0.0}, 1, CuboidFilter::kAll, Budget::unlimited()).isNotFound());
 }
 
 }  // namespace

@@ -243,8 +243,9 @@ class Stream {
       EXPECT_EQ(countCuboids(map_).total(), test::allCuboids(map_).size());
       return;
     }
-    const auto nearest = findNearest(map_, test::randomPoint(random_, 6.0), 1, CuboidFilter::kAll);
-    EXPECT_EQ(nearest.empty(), reference_.voxels.empty());
+    const auto nearest = findNearest(map_, test::randomPoint(random_, 6.0), 1, CuboidFilter::kAll,
+                                     Budget::unlimited());
+    EXPECT_EQ(nearest.isNotFound(), reference_.voxels.empty());
   }
 
   /// Cuboids of a part are those of the whole that lie there.

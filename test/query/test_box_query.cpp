@@ -34,8 +34,8 @@ MetricBox row(double min_x_m, double max_x_m) { return {{min_x_m, 0.0, 0.0}, {ma
 
 TEST(BoxQuery, dividesTheVolumeByClass) {
   const CuboidMap map = threeVoxels();
-  const auto result = queryBox(map, row(-1.0, 5.0));
-  ASSERT_TRUE(result.has_value());
+  const auto result = queryBox(map, row(-1.0, 5.0), Budget::unlimited());
+  ASSERT_TRUE(result.isFound());
   EXPECT_EQ(result->box, (CellBox{{-1, 0, 0}, {5, 1, 1}}));
   EXPECT_DOUBLE_EQ(result->free_volume_m3, 2.0);
   EXPECT_DOUBLE_EQ(result->occupied_volume_m3, 1.0);
@@ -44,8 +44,9 @@ TEST(BoxQuery, dividesTheVolumeByClass) {
 }
 
 TEST(BoxQuery, countsEveryVoxelThatTheBoxOverlapsAsAWhole) {
-  const auto result = queryBox(threeVoxels(), MetricBox{{0.9, 0.4, 0.4}, {2.1, 0.6, 0.6}});
-  ASSERT_TRUE(result.has_value());
+  const auto result =
+      queryBox(threeVoxels(), {{0.9, 0.4, 0.4}, {2.1, 0.6, 0.6}}, Budget::unlimited());
+  ASSERT_TRUE(result.isFound());
   EXPECT_EQ(result->box, (CellBox{{0, 0, 0}, {3, 1, 1}}));
   EXPECT_DOUBLE_EQ(result->free_volume_m3, 2.0);
   EXPECT_DOUBLE_EQ(result->occupied_volume_m3, 1.0);
@@ -53,51 +54,57 @@ TEST(BoxQuery, countsEveryVoxelThatTheBoxOverlapsAsAWhole) {
 }
 
 TEST(BoxQuery, doesNotCountAVoxelBehindAFace) {
-  const auto result = queryBox(threeVoxels(), row(0.0, 2.0));
-  ASSERT_TRUE(result.has_value());
+  const auto result = queryBox(threeVoxels(), row(0.0, 2.0), Budget::unlimited());
+  ASSERT_TRUE(result.isFound());
   EXPECT_EQ(result->occupied_volume_m3, 0.0);
   EXPECT_DOUBLE_EQ(result->free_volume_m3, 2.0);
 }
 
 TEST(BoxQuery, isOccupiedBeforeUnknownBeforeFree) {
   const CuboidMap map = threeVoxels();
-  EXPECT_EQ(queryBox(map, row(0.0, 5.0))->occupancy(), Occupancy::kOccupied);
-  EXPECT_EQ(queryBox(map, row(-1.0, 2.0))->occupancy(), Occupancy::kUnknown);
-  EXPECT_EQ(queryBox(map, row(0.0, 2.0))->occupancy(), Occupancy::kFree);
-  EXPECT_EQ(queryBox(map, row(2.0, 3.0))->occupancy(), Occupancy::kOccupied);
+  EXPECT_EQ(queryBox(map, row(0.0, 5.0), Budget::unlimited())->occupancy(), Occupancy::kOccupied);
+  EXPECT_EQ(queryBox(map, row(-1.0, 2.0), Budget::unlimited())->occupancy(), Occupancy::kUnknown);
+  EXPECT_EQ(queryBox(map, row(0.0, 2.0), Budget::unlimited())->occupancy(), Occupancy::kFree);
+  EXPECT_EQ(queryBox(map, row(2.0, 3.0), Budget::unlimited())->occupancy(), Occupancy::kOccupied);
 }
 
 TEST(BoxQuery, isAllUnknownOutsideTheMap) {
-  const auto result = queryBox(threeVoxels(), MetricBox{{50.0, 50.0, 50.0}, {52.0, 52.0, 52.0}});
-  ASSERT_TRUE(result.has_value());
+  const auto result =
+      queryBox(threeVoxels(), {{50.0, 50.0, 50.0}, {52.0, 52.0, 52.0}}, Budget::unlimited());
+  ASSERT_TRUE(result.isFound());
   EXPECT_DOUBLE_EQ(result->unknown_volume_m3, 8.0);
   EXPECT_EQ(result->free_volume_m3 + result->occupied_volume_m3, 0.0);
   EXPECT_EQ(result->occupancy(), Occupancy::kUnknown);
-  EXPECT_EQ(queryBox(CuboidMap(), row(0.0, 1.0))->occupancy(), Occupancy::kUnknown);
+  EXPECT_EQ(queryBox(CuboidMap(), row(0.0, 1.0), Budget::unlimited())->occupancy(),
+            Occupancy::kUnknown);
 }
 
 TEST(BoxQuery, isNothingForABoxThatIsNoBox) {
   const CuboidMap map = threeVoxels();
-  EXPECT_FALSE(queryBox(map, row(3.0, 0.0)).has_value()) << "inverted";
-  EXPECT_FALSE(queryBox(map, row(1.0, 1.0)).has_value()) << "flat";
-  EXPECT_FALSE(queryBox(map, row(std::nan(""), 1.0)).has_value());
-  EXPECT_FALSE(queryBox(map, row(0.0, std::nan(""))).has_value());
-  EXPECT_FALSE(queryBox(map, row(0.0, 1e10)).has_value()) << "out of the grid's range";
+  EXPECT_FALSE(queryBox(map, row(3.0, 0.0), Budget::unlimited()).isFound()) << "inverted";
+  EXPECT_FALSE(queryBox(map, row(1.0, 1.0), Budget::unlimited()).isFound()) << "flat";
+  EXPECT_FALSE(queryBox(map, row(std::nan(""), 1.0), Budget::unlimited()).isFound());
+  EXPECT_FALSE(queryBox(map, row(0.0, std::nan("")), Budget::unlimited()).isFound());
+  EXPECT_FALSE(queryBox(map, row(0.0, 1e10), Budget::unlimited()).isFound())
+      << "out of the grid's range";
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  EXPECT_FALSE(queryBox(map, row(-kInfinity, kInfinity)).has_value());
+  EXPECT_FALSE(queryBox(map, row(-kInfinity, kInfinity), Budget::unlimited()).isFound());
 }
 
 TEST(BoxQuery, givesCuboidsWholeOrClipped) {
   const CuboidMap map = threeVoxels();
   const Cuboid occupied{CellBox::ofCell({2, 0, 0}), Occupancy::kOccupied};
   const CellBox box{{1, 0, 0}, {3, 1, 1}};
-  EXPECT_EQ(test::sorted(queryBox(map, box, CuboidOutput::kWhole).cuboids),
+  EXPECT_EQ(test::sorted(queryCells(map, box, Budget::unlimited(), CuboidOutput::kWhole)->cuboids),
             (std::vector<Cuboid>{{{{0, 0, 0}, {2, 1, 1}}, Occupancy::kFree}, occupied}));
-  EXPECT_EQ(test::sorted(queryBox(map, box, CuboidOutput::kClipped).cuboids),
-            (std::vector<Cuboid>{{CellBox::ofCell({1, 0, 0}), Occupancy::kFree}, occupied}));
-  EXPECT_EQ(queryBox(map, box, CuboidOutput::kWhole, CuboidFilter::kOccupied).cuboids,
+  EXPECT_EQ(
+      test::sorted(queryCells(map, box, Budget::unlimited(), CuboidOutput::kClipped)->cuboids),
+      (std::vector<Cuboid>{{CellBox::ofCell({1, 0, 0}), Occupancy::kFree}, occupied}));
+  EXPECT_EQ(queryCells(map, box, Budget::unlimited(), CuboidOutput::kWhole, CuboidFilter::kOccupied)
+                ->cuboids,
             (std::vector<Cuboid>{occupied}));
-  EXPECT_EQ(queryBox(map, box, CuboidOutput::kClipped, CuboidFilter::kFree).cuboids,
+  EXPECT_EQ(queryCells(map, box, Budget::unlimited(), CuboidOutput::kClipped, CuboidFilter::kFree)
+                ->cuboids,
             (std::vector<Cuboid>{{CellBox::ofCell({1, 0, 0}), Occupancy::kFree}}));
 }
 
@@ -140,8 +147,8 @@ void checkBox(const ModelledMap& model, const std::vector<Cuboid>& all, const Ce
     metric.min_m[axis] += random.real(0.0, 0.049);
     metric.max_m[axis] -= random.real(0.0, 0.049);
   }
-  const auto result = queryBox(model.map, metric, output, filter);
-  ASSERT_TRUE(result.has_value());
+  const auto result = queryBox(model.map, metric, Budget::unlimited(), output, filter);
+  ASSERT_TRUE(result.isFound());
   ASSERT_EQ(result->box, box);
   const VoxelCounts counts = countVoxels(model.voxels, box);
   const double voxel_m3 = 0.1 * 0.1 * 0.1;
@@ -172,7 +179,8 @@ TEST(BoxQuery, agreesWithALookAtEveryVoxel) {
       const CellBox box = test::randomBox(random, area, i % 2 == 0 ? 3 : 12);
       checkBox(model, all, box, random);
       ASSERT_FALSE(HasFailure()) << box << test::seedNote(num_cases);
-      ++num_by_class[static_cast<std::size_t>(queryBox(model.map, box).occupancy())];
+      ++num_by_class[static_cast<std::size_t>(
+          queryCells(model.map, box, Budget::unlimited())->occupancy())];
     }
   }
   EXPECT_EQ(num_cases, 12000U);

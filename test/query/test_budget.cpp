@@ -194,72 +194,74 @@ std::vector<Question> modestQuestions() {
   return {
       {"box",
        [](const CuboidMap& map, Budget& budget) {
-         const auto box = queryBox(map, kRoom, CuboidOutput::kWhole, CuboidFilter::kAll, budget);
+         const auto box = queryCells(map, kRoom, budget, CuboidOutput::kWhole).value;
          return std::to_string(box.free_volume_m3) + ' ' + std::to_string(box.cuboids.size());
        }},
       {"greatest log-odds",
        [](const CuboidMap& map, Budget& budget) {
-         return std::to_string(maxLogOdds(map, kRoom, budget).value_or(99.0F));
+         return std::to_string(maxLogOdds(map, kRoom, budget).valueOr(99.0F));
        }},
       {"mean probability",
        [](const CuboidMap& map, Budget& budget) {
-         return std::to_string(meanProbability(map, kRoom, budget).value_or(99.0));
+         return std::to_string(meanProbability(map, kRoom, budget).valueOr(99.0));
        }},
       {"ray",
        [](const CuboidMap& map, Budget& budget) {
-         const auto ray = castRay(map, {1, 1, 1}, {1, 0.1, 0.2}, 100, UnknownPolicy::kPass, budget);
-         return ray ? std::to_string(ray->distance_m) : "none";
+         const auto ray = castRay(map, {1, 1, 1}, {1, 0.1, 0.2}, 100, UnknownPolicy::kFree, budget);
+         return ray.isFound() ? std::to_string(ray->distance_m) : "none";
        }},
       {"first hit",
        [](const CuboidMap& map, Budget& budget) {
          const auto ray = findFirstHit(map, {1, 1, 1}, {1, 0.1, 0.2}, 100, budget);
-         return ray.answer == WayAnswer::kBlocked ? std::to_string(ray.distance_m) : "none";
+         return ray.isFound() ? std::to_string(ray->distance_m) : "none";
        }},
       {"path", [](const CuboidMap& map, Budget& budget) {
          const auto path = checkPath(map, {{5, 5, 5}, {15, 15, 15}, {35, 15, 15}}, {3, 3, 3},
-                                     UnknownPolicy::kStop, budget);
-         return path.contact ? std::to_string(path.contact->distance_m) : "none";
+                                     UnknownPolicy::kObstacle, budget);
+         return path.isFound() ? std::to_string(path->distance_m) : "none";
        }}};
 }
 
 /// Questions about near objects, or answered by a search.
 std::vector<Question> modestSearches() {
-  return {{"nearest",
-           [](const CuboidMap& map, Budget& budget) {
-             std::string text;
-             for (const auto& near :
-                  findNearest(map, {10, 10, 10}, 30, CuboidFilter::kAll, 1e9, budget)) {
-               text += std::to_string(near.distance_m) + ' ';
-             }
-             return text;
-           }},
-          {"nearest place",
-           [](const CuboidMap& map, Budget& budget) {
-             const auto place =
-                 findNearestFit(map, {20, 5, 5}, {3, 3, 3}, UnknownPolicy::kStop, 20, budget);
-             return place ? toText(*place) : "none";
-           }},
-          {"cuboids",
-           [](const CuboidMap& map, Budget& budget) {
-             return std::to_string(selectCuboids(map, kRoom, {}, budget).cuboids.size());
-           }},
-          {"free graph",
-           [](const CuboidMap& map, Budget& budget) {
-             const FreeGraph graph = buildFreeGraph(map, kRoom, {1, 1, 1}, 1000000, budget);
-             return std::to_string(graph.cuboids.size()) + ' ' +
-                    std::to_string(graph.portals.size());
-           }},
-          {"corridor",
-           [](const CuboidMap& map, Budget& budget) {
-             const Corridor corridor = findCorridor(map, throughTheDoor(), budget);
-             std::string text = std::to_string(static_cast<int>(corridor.end));
-             for (const auto& point : corridor.path_map) text += ", " + toText(point);
-             return text;
-           }},
-          {"way of a robot that turns", [](const CuboidMap& map, Budget& budget) {
-             const auto task = turningTask({5, 25, 5}, {35, 25, 5}, {5, 3, 3});
-             return std::to_string(findPosePath(map, task, budget).length_m);
-           }}};
+  return {
+      {"nearest",
+       [](const CuboidMap& map, Budget& budget) {
+         std::string text;
+         const auto nearest = findNearest(map, {10, 10, 10}, 30, CuboidFilter::kAll, budget, 1e9);
+         for (const auto& near : nearest.value) {
+           text += std::to_string(near.distance_m) + ' ';
+         }
+         return text;
+       }},
+      {"nearest place",
+       [](const CuboidMap& map, Budget& budget) {
+         const auto place =
+             findNearestFit(map, {20, 5, 5}, {3, 3, 3}, UnknownPolicy::kObstacle, 20, budget);
+         return place.isFound() ? toText(place->center_map) : "none";
+       }},
+      {"cuboids",
+       [](const CuboidMap& map, Budget& budget) {
+         return std::to_string(selectCuboids(map, kRoom, {}, budget).value.size());
+       }},
+      {"free graph",
+       [](const CuboidMap& map, Budget& budget) {
+         const FreeGraph graph = buildFreeGraph(map, kRoom, {1, 1, 1}, budget, 1000000).value;
+         return std::to_string(graph.cuboids.size()) + ' ' + std::to_string(graph.portals.size());
+       }},
+      {"corridor",
+       [](const CuboidMap& map, Budget& budget) {
+         const auto corridor =
+             findCorridor(map, throughTheDoor(), UnknownPolicy::kObstacle, budget);
+         std::string text = std::to_string(static_cast<int>(corridor.status));
+         for (const auto& point : corridor.value.path_map) text += ", " + toText(point);
+         return text;
+       }},
+      {"way of a robot that turns", [](const CuboidMap& map, Budget& budget) {
+         const auto task = turningTask({5, 25, 5}, {35, 25, 5}, {5, 3, 3});
+         return std::to_string(
+             findPosePath(map, task, UnknownPolicy::kObstacle, budget).value.length_m);
+       }}};
 }
 
 TEST(QueriesWithABudget, answerAsWithoutOneUnlessItIsSpent) {
@@ -288,20 +290,25 @@ TEST(QueriesWithABudget, answerAsWithoutOneUnlessItIsSpent) {
 TEST(QueriesWithABudget, giveNoAnswerThatWasCutForAWholeOne) {
   const CuboidMap map = makeMap();
   Budget budget(bricks(1));
-  EXPECT_FALSE(castRay(map, {1, 1, 1}, {1, 0.1, 0.2}, 100, UnknownPolicy::kPass, budget));
+  const auto is_spent = [](const auto& answer) {
+    return answer.status == AnswerStatus::kBudgetSpent;
+  };
+  const auto policy = UnknownPolicy::kObstacle;
+  EXPECT_TRUE(is_spent(castRay(map, {1, 1, 1}, {1, 0.1, 0.2}, 100, UnknownPolicy::kFree, budget)));
   EXPECT_TRUE(budget.isSpent());
-  EXPECT_EQ(
-      checkPath(map, {{5, 5, 5}, {15, 15, 15}}, {3, 3, 3}, UnknownPolicy::kStop, budget).answer,
-      WayAnswer::kBudgetSpent);
-  EXPECT_EQ(findFirstHit(map, {1, 1, 1}, {1, 0.1, 0.2}, 100, budget).answer,
-            WayAnswer::kBudgetSpent);
-  EXPECT_FALSE(isFree(map, {{5, 5, 5}, {6, 6, 6}}, UnknownPolicy::kPass, budget));
-  EXPECT_FALSE(findNearestFit(map, {5, 5, 5}, {3, 3, 3}, UnknownPolicy::kStop, 20, budget));
-  EXPECT_FALSE(maxLogOdds(map, kRoom, budget));
-  EXPECT_TRUE(selectCuboids(map, kRoom, {}, budget).is_truncated);
-  EXPECT_TRUE(buildFreeGraph(map, kRoom, {1, 1, 1}, 1000000, budget).is_truncated);
-  EXPECT_EQ(findCorridor(map, throughTheDoor(), budget).end, CorridorEnd::kBudgetSpent);
-  const BoxQueryResult box = queryBox(map, kRoom, CuboidOutput::kNone, CuboidFilter::kAll, budget);
+  EXPECT_TRUE(is_spent(checkPath(map, {{5, 5, 5}, {15, 15, 15}}, {3, 3, 3}, policy, budget)));
+  EXPECT_TRUE(is_spent(findFirstHit(map, {1, 1, 1}, {1, 0.1, 0.2}, 100, budget)));
+  EXPECT_FALSE(isFree(map, {{5, 5, 5}, {6, 6, 6}}, UnknownPolicy::kFree, budget));
+  EXPECT_TRUE(is_spent(findNearestFit(map, {5, 5, 5}, {3, 3, 3}, policy, 20, budget)));
+  EXPECT_TRUE(is_spent(findNearest(map, {5, 5, 5}, 1, CuboidFilter::kAll, budget)));
+  EXPECT_TRUE(is_spent(maxLogOdds(map, kRoom, budget)));
+  EXPECT_TRUE(is_spent(meanProbability(map, kRoom, budget)));
+  EXPECT_TRUE(is_spent(selectCuboids(map, kRoom, {}, budget)));
+  EXPECT_TRUE(is_spent(buildFreeGraph(map, kRoom, {1, 1, 1}, budget, 1000000)));
+  EXPECT_TRUE(is_spent(findCorridor(map, throughTheDoor(), policy, budget)));
+  const auto spent = queryCells(map, kRoom, budget);
+  EXPECT_TRUE(is_spent(spent));
+  const BoxQueryResult& box = spent.value;
   EXPECT_EQ(box.occupancy(), Occupancy::kUnknown) << "what was not looked at is not free";
   EXPECT_EQ(box.unknown_volume_m3, 64000.0);
 }
@@ -317,42 +324,41 @@ TEST(QueriesWithABudget, countTheEntriesOfTheirAnswers) {
     return num_entries;
   };
   EXPECT_EQ(count([&](Budget& budget) {
-              return queryBox(map, kRoom, CuboidOutput::kWhole, CuboidFilter::kAll, budget)
-                  .cuboids.size();
+              return queryCells(map, kRoom, budget, CuboidOutput::kWhole).value.cuboids.size();
             }),
             7U);
   EXPECT_EQ(
-      count([&](Budget& budget) { return selectCuboids(map, kRoom, {}, budget).cuboids.size(); }),
+      count([&](Budget& budget) { return selectCuboids(map, kRoom, {}, budget).value.size(); }),
       7U);
-  EXPECT_EQ(
-      count([&](Budget& budget) {
-        return findNearest(map, {1, 1, 1}, 0xFFFFFFFFU, CuboidFilter::kAll, 1e9, budget).size();
-      }),
-      7U);
+  EXPECT_EQ(count([&](Budget& budget) {
+              return findNearest(map, {1, 1, 1}, 0xFFFFFFFFU, CuboidFilter::kAll, budget, 1e9)
+                  .value.size();
+            }),
+            7U);
 }
 
 /// Questions that would take hours or all memory.
 std::vector<Question> monstrousQuestions() {
   return {{"nearest place in unknown space",
            [](const CuboidMap& map, Budget& budget) {
-             (void)findNearestFit(map, {-1e4, 0, 0}, {3, 3, 3}, UnknownPolicy::kStop, 1e4 - 100,
+             (void)findNearestFit(map, {-1e4, 0, 0}, {3, 3, 3}, UnknownPolicy::kObstacle, 1e4 - 100,
                                   budget);
              return "";
            }},
           {"place of a box of 1000 km",
            [](const CuboidMap& map, Budget& budget) {
-             (void)findNearestFit(map, {0, 0, 0}, {1e6, 1e6, 1e6}, UnknownPolicy::kPass, 1, budget);
+             (void)findNearestFit(map, {0, 0, 0}, {1e6, 1e6, 1e6}, UnknownPolicy::kFree, 1, budget);
              return "";
            }},
           {"path of a box of 1000 km",
            [](const CuboidMap& map, Budget& budget) {
              (void)checkPath(map, {{-2e6, 0, 0}, {-3e6, 0, 0}}, {1e6, 1e6, 1e6},
-                             UnknownPolicy::kPass, budget);
+                             UnknownPolicy::kFree, budget);
              return "";
            }},
           {"path of 1e8 m",
            [](const CuboidMap& map, Budget& budget) {
-             (void)checkPath(map, {{-1e8, -9, 0}, {1e8, -9, 0}}, {1, 1, 1}, UnknownPolicy::kPass,
+             (void)checkPath(map, {{-1e8, -9, 0}, {1e8, -9, 0}}, {1, 1, 1}, UnknownPolicy::kFree,
                              budget);
              return "";
            }},
@@ -362,47 +368,43 @@ std::vector<Question> monstrousQuestions() {
              task.start_map = {-3e6, 0, 0};
              task.goal_map = {-3e6 + 2, 0, 0};
              task.size_m = {1e6, 1e6, 1e6};
-             task.policy = UnknownPolicy::kPass;
-             (void)findCorridor(map, task, budget);
+             (void)findCorridor(map, task, UnknownPolicy::kFree, budget);
              return "";
            }},
           {"corridor through unknown space",
            [](const CuboidMap& map, Budget& budget) {
              CorridorTask task = throughTheDoor();
-             task.policy = UnknownPolicy::kPass;
              task.start_map = {-kFar_m, -10, -10};
              task.goal_map = {kFar_m, -10, 10};
              task.region = CellBox{{-1000000, -20, -20}, {1000000, 20, 20}};
-             (void)findCorridor(map, task, budget);
+             (void)findCorridor(map, task, UnknownPolicy::kFree, budget);
              return "";
            }},
           {"corridor whose boxes can grow for ever",
            [](const CuboidMap& map, Budget& budget) {
              CorridorTask task = throughTheDoor();
-             task.policy = UnknownPolicy::kPass;
              task.goal_map = {6, 6, 6};
              task.region = kAllCells;
-             const Corridor corridor = findCorridor(map, task, budget);
-             EXPECT_EQ(corridor.end, CorridorEnd::kFound) << "with boxes that are not maximal";
-             EXPECT_FALSE(corridor.boxes.empty());
+             const auto corridor = findCorridor(map, task, UnknownPolicy::kFree, budget);
+             EXPECT_TRUE(corridor.isFound()) << "with boxes that are not maximal";
+             EXPECT_FALSE(corridor.value.boxes.empty());
              return "";
            }},
           {"motion of 1e8 m",
            [](const CuboidMap& map, Budget& budget) {
              const auto task = turningTask({-1e8, -9, 0}, {1e8, -9, 0}, {2, 1, 1});
              (void)checkMotion(map, task.body, {task.start_map, task.goal_map},
-                               UnknownPolicy::kPass, budget);
+                               UnknownPolicy::kFree, budget);
              return "";
            }},
           {"way of a robot that turns, of 4 km through unknown space",
            [](const CuboidMap& map, Budget& budget) {
              auto task = turningTask({-1e5, -9, 0}, {1e5, -9, 0}, {4000, 4000, 4000});
-             task.policy = UnknownPolicy::kPass;
-             (void)findPosePath(map, task, budget);
+             (void)findPosePath(map, task, UnknownPolicy::kFree, budget);
              return "";
            }},
           {"ray along far bounds", [](const CuboidMap& map, Budget& budget) {
-             (void)castRay(map, {-1, 50, 1}, {1, 1, 1}, 1e9, UnknownPolicy::kPass, budget);
+             (void)castRay(map, {-1, 50, 1}, {1, 1, 1}, 1e9, UnknownPolicy::kFree, budget);
              return "";
            }}};
 }

@@ -1,25 +1,35 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/query/corridor_query.h"
 
+#include "cuboid_mapping/query/box_query.h"
 #include "cuboid_mapping/query/corridor_boxes.h"
 #include "cuboid_mapping/query/path_query.h"
 #include "cuboid_mapping/query/place_graph.h"
 #include "support/dense_obstacles.h"
+#include "support/way_end.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
 #include <queue>
 #include <set>
+#include <string>
 #include <vector>
 
 namespace cuboid_mapping {
 namespace {
 
 using test::DenseObstacles;
+using test::endOf;
 using test::Random;
 
 constexpr CellBox kCorridorArea{{-20, -20, -6}, {20, 20, 6}};
+
+Answer<Corridor> find(const CuboidMap& map, const CorridorTask& task,
+                      UnknownPolicy policy = UnknownPolicy::kObstacle) {
+  return findCorridor(map, task, policy, Budget::unlimited());
+}
 
 MapConfig oneMetre() {
   MapConfig config;
@@ -91,21 +101,22 @@ CorridorTask throughTheDoor() {
 }
 
 TEST(CorridorQuery, goesThroughADoorOfTheRobotsWidthAndNotOneLess) {
-  const Corridor found = findCorridor(roomWithDoor(3), throughTheDoor());
-  EXPECT_EQ(found.end, CorridorEnd::kFound);
+  const auto answer = find(roomWithDoor(3), throughTheDoor());
+  ASSERT_EQ(endOf(answer), "found");
+  const Corridor& found = *answer;
   EXPECT_EQ(found.boxes,
             (std::vector<CellBox>{
                 {{0, 0, 0}, {10, 8, 4}}, {{0, 2, 0}, {20, 5, 4}}, {{11, 0, 0}, {20, 8, 4}}}));
-  EXPECT_EQ(findCorridor(roomWithDoor(2), throughTheDoor()).end, CorridorEnd::kNoWay);
+  EXPECT_EQ(endOf(find(roomWithDoor(2), throughTheDoor())), "between");
   CorridorTask slim = throughTheDoor();
   slim.size_m = {2, 2, 2};
-  EXPECT_EQ(findCorridor(roomWithDoor(2), slim).end, CorridorEnd::kFound);
+  EXPECT_EQ(endOf(find(roomWithDoor(2), slim)), "found");
 }
 
 TEST(CorridorQuery, isOneBoxWhereNothingIsInBetween) {
   CorridorTask task = throughTheDoor();
   task.goal_map = {7.5, 4.5, 2.5};
-  const Corridor found = findCorridor(roomWithDoor(3), task);
+  const Corridor found = *find(roomWithDoor(3), task);
   EXPECT_EQ(found.boxes, (std::vector<CellBox>{{{0, 0, 0}, {10, 8, 4}}}));
   EXPECT_TRUE(found.portals_map.empty());
   EXPECT_EQ(found.path_map, (std::vector<Eigen::Vector3d>{task.start_map, task.goal_map}));
@@ -116,20 +127,19 @@ TEST(CorridorQuery, saysWhyThereIsNone) {
   const CuboidMap map = roomWithDoor(3);
   CorridorTask task = throughTheDoor();
   task.start_map = {10, 1, 2};
-  EXPECT_EQ(findCorridor(map, task).end, CorridorEnd::kStartBlocked);
+  EXPECT_EQ(endOf(find(map, task)), "start");
   task = throughTheDoor();
   task.goal_map = {25, 4, 2};
-  EXPECT_EQ(findCorridor(map, task).end, CorridorEnd::kGoalBlocked) << "unknown";
-  task.policy = UnknownPolicy::kPass;
-  EXPECT_EQ(findCorridor(map, task).end, CorridorEnd::kFound);
+  EXPECT_EQ(endOf(find(map, task)), "goal") << "unknown";
+  EXPECT_EQ(endOf(find(map, task, UnknownPolicy::kFree)), "found");
   task = throughTheDoor();
   QueryLimits limits;
   limits.max_bricks = 20;
   Budget budget(limits);
-  EXPECT_EQ(findCorridor(map, task, budget).end, CorridorEnd::kBudgetSpent);
+  EXPECT_EQ(endOf(findCorridor(map, task, UnknownPolicy::kObstacle, budget)), "spent");
   EXPECT_EQ(budget.whyEnded(), BudgetEnd::kBricks);
   task.region = CellBox{{0, 0, 0}, {12, 8, 4}};
-  EXPECT_EQ(findCorridor(map, task).end, CorridorEnd::kGoalBlocked) << "outside the region";
+  EXPECT_EQ(endOf(find(map, task)), "goal") << "outside the region";
 }
 
 TEST(CorridorQuery, refusesWhatIsNoTask) {
@@ -137,12 +147,12 @@ TEST(CorridorQuery, refusesWhatIsNoTask) {
   const auto end_with = [&](auto change) {
     CorridorTask task = throughTheDoor();
     change(task);
-    return findCorridor(map, task).end;
+    return endOf(find(map, task));
   };
-  EXPECT_EQ(end_with([](auto& task) { task.size_m.x() = 0.0; }), CorridorEnd::kInvalid);
-  EXPECT_EQ(end_with([](auto& task) { task.size_m.y() = std::nan(""); }), CorridorEnd::kInvalid);
-  EXPECT_EQ(end_with([](auto& task) { task.start_map.z() = std::nan(""); }), CorridorEnd::kInvalid);
-  EXPECT_EQ(end_with([](auto& task) { task.goal_map.z() = 1e12; }), CorridorEnd::kInvalid);
+  EXPECT_EQ(end_with([](auto& task) { task.size_m.x() = 0.0; }), "invalid");
+  EXPECT_EQ(end_with([](auto& task) { task.size_m.y() = std::nan(""); }), "invalid");
+  EXPECT_EQ(end_with([](auto& task) { task.start_map.z() = std::nan(""); }), "invalid");
+  EXPECT_EQ(end_with([](auto& task) { task.goal_map.z() = 1e12; }), "invalid");
 }
 
 TEST(CorridorQuery, goesAroundAMapThroughUnknownSpace) {
@@ -152,11 +162,10 @@ TEST(CorridorQuery, goesAroundAMapThroughUnknownSpace) {
   task.start_map = {-5, 0, 0};
   task.goal_map = {6, 0, 0};
   task.size_m = {2, 2, 2};
-  EXPECT_EQ(findCorridor(map, task).end, CorridorEnd::kStartBlocked);
-  task.policy = UnknownPolicy::kPass;
-  EXPECT_EQ(findCorridor(map, task).end, CorridorEnd::kFound);
+  EXPECT_EQ(endOf(find(map, task)), "start");
+  EXPECT_EQ(endOf(find(map, task, UnknownPolicy::kFree)), "found");
   task.region = CellBox{{-10, -30, -30}, {10, 30, 30}};
-  EXPECT_EQ(findCorridor(map, task).end, CorridorEnd::kNoWay);
+  EXPECT_EQ(endOf(find(map, task, UnknownPolicy::kFree)), "between");
 }
 
 /// Two paths from (0, 4) to (60, 4), both 4 m wide: six lanes of 42 m, up and down near the goal; and
@@ -184,13 +193,42 @@ TEST(CorridorQuery, takesTheWayThatIsShorterInMetres) {
   task.start_map = {2, 4, 2};
   task.goal_map = {62, 4, 2};
   task.size_m = {2, 2, 2};
-  const Corridor shorter = findCorridor(map, task);
-  ASSERT_EQ(shorter.end, CorridorEnd::kFound);
+  const auto shorter = find(map, task);
+  ASSERT_EQ(endOf(shorter), "found");
   task.region = CellBox{{-8, -8, 0}, {64, 48, 4}};
-  const Corridor lanes = findCorridor(map, task);
-  ASSERT_EQ(lanes.end, CorridorEnd::kFound);
-  EXPECT_GT(lanes.length_m, 250.0);
-  EXPECT_LT(shorter.length_m, 230.0);
+  const auto lanes = find(map, task);
+  ASSERT_EQ(endOf(lanes), "found");
+  EXPECT_GT(lanes->length_m, 250.0);
+  EXPECT_LT(shorter->length_m, 230.0);
+}
+
+/// The detour is closed while a search lets others change the map, each time at another moment.
+TEST(CorridorQuery, holdsInTheMapAsItIsInTheEndWhenOthersChangeIt) {
+  CorridorTask task;
+  task.start_map = {2, 4, 2};
+  task.goal_map = {62, 4, 2};
+  task.size_m = {2, 2, 2};
+  int num_changed = 0;
+  for (int change_at = 1;; ++change_at) {
+    CuboidMap map = twoWays();
+    int num_turns = 0;
+    MapTurns turns;
+    turns.period_s = 0.0;
+    turns.yield = [&] {
+      const CellBox wall{{0, -20, 0}, {1, -16, 4}};
+      if (++num_turns == change_at) map.replace(wall, {{wall, 1.0F}});
+    };
+    Budget budget(QueryLimits{}, turns);
+    const auto corridor = findCorridor(map, task, UnknownPolicy::kObstacle, budget);
+    ASSERT_EQ(endOf(corridor), "found") << change_at;
+    for (const CellBox& box : corridor->boxes) {
+      ASSERT_FALSE(isAnyOccupied(map, box)) << box << " after a change at turn " << change_at;
+    }
+    if (num_turns < change_at) break;
+    ++num_changed;
+    EXPECT_GT(corridor->length_m, 250.0) << "through the lanes";
+  }
+  EXPECT_GT(num_changed, 5);
 }
 
 /// Walls with gaps about as wide as the robot, some clutter, unknown patches.
@@ -292,44 +330,45 @@ Eigen::Vector3d randomPose(Random& random) {
 TEST(CorridorQuery, findsOneIfAndOnlyIfThereIsAWayFromVoxelToVoxel) {
   Random random(102);
   constexpr std::size_t kMazes = 200;
-  std::size_t num_by_end[6] = {};
+  std::map<std::string, std::size_t> num_by_end;
   std::size_t num_long = 0;
   for (std::size_t m = 0; m < kMazes; ++m) {
     const test::ModelledMap maze = randomMaze(random);
     CorridorTask task;
-    task.policy = random.chance(0.7) ? UnknownPolicy::kStop : UnknownPolicy::kPass;
+    const UnknownPolicy policy =
+        random.chance(0.7) ? UnknownPolicy::kObstacle : UnknownPolicy::kFree;
     task.region = kCorridorArea;
-    DenseObstacles obstacles(maze.voxels, kCorridorArea, task.policy);
+    DenseObstacles obstacles(maze.voxels, kCorridorArea, policy);
     for (int i = 0; i < 40; ++i) {
       for (int axis = 0; axis < 3; ++axis) task.size_m[axis] = random.real(0.6, 4.0);
       if (i % 2 == 0) task.size_m = Eigen::Vector3d::Constant(random.integer(1, 4));
       task.start_map = randomPose(random);
       task.goal_map = randomPose(random);
       const Grid& grid = maze.map.grid();
-      const Corridor corridor = findCorridor(maze.map, task);
-      ++num_by_end[static_cast<std::size_t>(corridor.end)];
+      const auto corridor = find(maze.map, task, policy);
+      const std::string end = endOf(corridor);
+      ++num_by_end[end];
       const CellBox start = *grid.toCellBox(boxAround(task.start_map, task.size_m));
       const CellBox goal = *grid.toCellBox(boxAround(task.goal_map, task.size_m));
       const auto is_blocked = [&](const CellBox& box) {
         return !kCorridorArea.contains(box) || obstacles.isAny(box);
       };
-      ASSERT_EQ(corridor.end == CorridorEnd::kStartBlocked, is_blocked(start));
+      ASSERT_EQ(end == "start", is_blocked(start));
       if (is_blocked(start)) continue;
-      ASSERT_EQ(corridor.end == CorridorEnd::kGoalBlocked, is_blocked(goal));
+      ASSERT_EQ(end == "goal", is_blocked(goal));
       if (is_blocked(goal)) continue;
       const Cell size = *grid.toSizeInCells(task.size_m);
-      ASSERT_EQ(corridor.end == CorridorEnd::kFound,
-                isConnected(obstacles, size, start, goal, kCorridorArea))
+      ASSERT_EQ(end == "found", isConnected(obstacles, size, start, goal, kCorridorArea))
           << test::seedNote(40 * m + static_cast<std::size_t>(i));
-      if (corridor.end != CorridorEnd::kFound) continue;
-      ASSERT_TRUE(isCorridor(corridor, task, obstacles, grid))
+      if (end != "found") continue;
+      ASSERT_TRUE(isCorridor(*corridor, task, obstacles, grid))
           << test::seedNote(40 * m + static_cast<std::size_t>(i));
-      num_long += corridor.boxes.size() > 3 ? 1 : 0;
+      num_long += corridor->boxes.size() > 3 ? 1 : 0;
     }
   }
-  EXPECT_GT(num_by_end[static_cast<std::size_t>(CorridorEnd::kFound)], 200U);
-  EXPECT_GT(num_by_end[static_cast<std::size_t>(CorridorEnd::kNoWay)], 100U);
-  EXPECT_GT(num_by_end[static_cast<std::size_t>(CorridorEnd::kStartBlocked)], 100U);
+  EXPECT_GT(num_by_end["found"], 200U);
+  EXPECT_GT(num_by_end["between"], 100U);
+  EXPECT_GT(num_by_end["start"], 100U);
   EXPECT_GT(num_long, 40U);
 }
 

@@ -37,14 +37,15 @@ TEST(CuboidQuery, selectsByRegionClassAndEdge) {
         if (selection.is_clipped) expected.back().box = intersect(cuboid.box, region);
       }
       selection.max_cuboids = random.chance(0.5) ? expected.size() : random.index(20);
-      const SelectedCuboids found = selectCuboids(model.map, region, selection);
+      const auto found = selectCuboids(model.map, region, selection, Budget::unlimited());
       const bool is_truncated = expected.size() > selection.max_cuboids;
-      ASSERT_EQ(found.is_truncated, is_truncated) << test::seedNote(num_cases);
+      ASSERT_EQ(found.status == AnswerStatus::kBudgetSpent, is_truncated)
+          << test::seedNote(num_cases);
       num_truncated += is_truncated ? 1 : 0;
       if (is_truncated) {
-        ASSERT_EQ(found.cuboids.size(), selection.max_cuboids) << test::seedNote(num_cases);
+        ASSERT_EQ(found.value.size(), selection.max_cuboids) << test::seedNote(num_cases);
       } else {
-        ASSERT_EQ(test::sorted(found.cuboids), test::sorted(expected)) << test::seedNote(num_cases);
+        ASSERT_EQ(test::sorted(found.value), test::sorted(expected)) << test::seedNote(num_cases);
       }
     }
   }
@@ -95,12 +96,13 @@ TEST(FreeGraph, hasTheSharedFacesThatABoxPasses) {
     for (int i = 0; i < 2000; ++i, ++num_cases) {
       const CellBox region = test::randomBox(random, {{-18, -18, -18}, {14, 14, 14}}, 6);
       const Cell passage{random.integer(0, 3), random.integer(0, 3), random.integer(0, 3)};
-      const FreeGraph graph = buildFreeGraph(model.map, region, passage);
+      const FreeGraph graph = buildFreeGraph(model.map, region, passage, Budget::unlimited()).value;
       CuboidSelection selection;
       selection.filter = CuboidFilter::kFree;
       selection.is_clipped = true;
-      ASSERT_EQ(test::sorted(graph.cuboids),
-                test::sorted(selectCuboids(model.map, region, selection).cuboids));
+      ASSERT_EQ(
+          test::sorted(graph.cuboids),
+          test::sorted(selectCuboids(model.map, region, selection, Budget::unlimited()).value));
       std::vector<PortalName> portals;
       for (const FreeGraph::Portal& portal : graph.portals) {
         portals.emplace_back(graph.cuboids[portal.first].box.min,
@@ -120,14 +122,15 @@ TEST(FreeGraph, saysWhenThereAreMoreCuboidsThanWanted) {
   CuboidMap map;
   const CellBox region{{6, 0, 0}, {18, 2, 2}};  // In three bricks: three cuboids.
   map.replace(kAllCells, {UniformBox{region, -1.0F}});
-  const FreeGraph all = buildFreeGraph(map, region, {1, 2, 2}, 3);
-  EXPECT_FALSE(all.is_truncated);
-  EXPECT_EQ(all.portals.size(), 2U);
-  EXPECT_TRUE(buildFreeGraph(map, region, {1, 2, 3}, 3).portals.empty()) << "too high by a voxel";
-  const FreeGraph two = buildFreeGraph(map, region, {}, 2);
-  EXPECT_TRUE(two.is_truncated);
-  EXPECT_EQ(two.cuboids.size(), 2U);
-  EXPECT_LE(two.portals.size(), 1U);
+  const auto all = buildFreeGraph(map, region, {1, 2, 2}, Budget::unlimited(), 3);
+  ASSERT_TRUE(all.isFound());
+  EXPECT_EQ(all->portals.size(), 2U);
+  EXPECT_TRUE(buildFreeGraph(map, region, {1, 2, 3}, Budget::unlimited(), 3)->portals.empty())
+      << "too high by a voxel";
+  const auto two = buildFreeGraph(map, region, {}, Budget::unlimited(), 2);
+  EXPECT_EQ(two.status, AnswerStatus::kBudgetSpent);
+  EXPECT_EQ(two.value.cuboids.size(), 2U);
+  EXPECT_LE(two.value.portals.size(), 1U);
 }
 
 }  // namespace

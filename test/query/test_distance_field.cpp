@@ -20,7 +20,7 @@ std::vector<Cell> findObstacles(const CuboidMap& map, const CellBox& box, Unknow
   std::vector<Cell> obstacles;
   test::visitCells(box, [&](const Cell& cell) {
     const Occupancy occupancy = map.voxels().at(cell);
-    const bool is_unknown = occupancy == Occupancy::kUnknown && policy == UnknownPolicy::kStop;
+    const bool is_unknown = occupancy == Occupancy::kUnknown && policy == UnknownPolicy::kObstacle;
     if (occupancy == Occupancy::kOccupied || is_unknown) obstacles.push_back(cell);
   });
   return obstacles;
@@ -79,7 +79,7 @@ TEST(DistanceField, isExactUpToItsBound) {
     for (int k = 0; k < count; ++k)
       map.apply(test::randomUpdate(random, {{-3, -3, -2}, {3, 3, 2}}, 3));
     const double bound_m = random.real(0.02, 0.5);
-    const auto policy = random.chance(0.3) ? UnknownPolicy::kStop : UnknownPolicy::kPass;
+    const auto policy = random.chance(0.3) ? UnknownPolicy::kObstacle : UnknownPolicy::kFree;
     const DistanceField field(map, smallBox(random), bound_m, policy);
     num_near += expectExact(map, field, bound_m, policy);
   }
@@ -96,8 +96,9 @@ TEST(DistanceField, isExactAmongManyObstacles) {
     for (int k = 0; k < count; ++k) boxes.push_back({test::randomBox(random, kFieldArea, 4), 1.0F});
     map.replace(kAllCells, boxes);
     const double bound_m = random.real(0.2, 0.5);
-    const DistanceField field(map, test::randomBox(random, kFieldArea, 12), bound_m);
-    expectExact(map, field, bound_m, UnknownPolicy::kPass);
+    const DistanceField field(map, test::randomBox(random, kFieldArea, 12), bound_m,
+                              UnknownPolicy::kFree);
+    expectExact(map, field, bound_m, UnknownPolicy::kFree);
   }
 }
 
@@ -107,7 +108,7 @@ TEST(DistanceField, followsTheMap) {
     SCOPED_TRACE(test::seedNote(i));
     CuboidMap map;
     const double bound_m = random.real(0.1, 0.4);
-    const auto policy = random.chance(0.3) ? UnknownPolicy::kStop : UnknownPolicy::kPass;
+    const auto policy = random.chance(0.3) ? UnknownPolicy::kObstacle : UnknownPolicy::kFree;
     DistanceField field(map, smallBox(random), bound_m, policy);
     for (int k = 0; k < 6; ++k) {
       field.update(map, map.apply(test::randomUpdate(random, {{-3, -3, -2}, {3, 3, 2}}, 3)));
@@ -123,7 +124,7 @@ TEST(DistanceField, followsTheMap) {
 TEST(DistanceField, answersForPoints) {
   CuboidMap map;
   map.replace(kAllCells, std::vector<UniformBox>{{{{0, 0, 0}, {1, 10, 10}}, 1.0F}});
-  const DistanceField field(map, {{-50, 0, 0}, {50, 10, 10}}, 2.0);
+  const DistanceField field(map, {{-50, 0, 0}, {50, 10, 10}}, 2.0, UnknownPolicy::kFree);
   EXPECT_NEAR(*field.distanceAt({1.01, 0.2, 0.2}), 1.0, 1e-9);
   EXPECT_EQ(*field.gradientAt({1.01, 0.2, 0.2}), Eigen::Vector3d(Eigen::Vector3d::UnitX()));
   EXPECT_EQ(*field.gradientAt({-1.01, 0.2, 0.2}), Eigen::Vector3d(-Eigen::Vector3d::UnitX()));
@@ -138,10 +139,11 @@ TEST(DistanceField, refusesRegionsAndBoundsThatCannotBe) {
   const CuboidMap map;
   const CellBox region{{0, 0, 0}, {9, 9, 9}};
   for (const double bound_m : {0.0, -1.0, std::nan(""), kInfinity, 51.0}) {
-    EXPECT_THROW(DistanceField(map, region, bound_m), std::invalid_argument) << bound_m;
+    EXPECT_THROW(DistanceField(map, region, bound_m, UnknownPolicy::kFree), std::invalid_argument)
+        << bound_m;
   }
-  EXPECT_THROW(DistanceField(map, {}, 1.0), std::invalid_argument);
-  EXPECT_THROW(DistanceField(map, kAllCells, 1.0), std::invalid_argument);
+  EXPECT_THROW(DistanceField(map, {}, 1.0, UnknownPolicy::kFree), std::invalid_argument);
+  EXPECT_THROW(DistanceField(map, kAllCells, 1.0, UnknownPolicy::kFree), std::invalid_argument);
 }
 
 }  // namespace

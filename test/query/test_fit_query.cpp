@@ -28,9 +28,9 @@ TEST(Obstacles, areThoseOfEveryVoxel) {
   Random random(81);
   const test::ModelledMap model = test::randomRooms(random, fitConfig(), kArea);
   std::size_t num_any = 0;
-  for (const UnknownPolicy policy : {UnknownPolicy::kStop, UnknownPolicy::kPass}) {
+  for (const UnknownPolicy policy : {UnknownPolicy::kObstacle, UnknownPolicy::kFree}) {
     DenseObstacles expected(model.voxels, kArea, policy);
-    const Obstacles obstacles(model.map, policy);
+    const Obstacles obstacles(model.map, policy, Budget::unlimited());
     for (std::size_t i = 0; i < 5000; ++i) {
       const CellBox box = test::randomBox(random, {{-20, -20, -20}, {20, 20, 20}}, 6);
       const bool is_any = expected.isAny(box);
@@ -58,10 +58,10 @@ TEST(FitField, hasThePlacesWhereTheBoxMeetsNothing) {
   std::size_t num_fitting = 0;
   std::size_t num_cases = 0;
   for (int m = 0; m < 40; ++m) {
-    const UnknownPolicy policy = m % 2 == 0 ? UnknownPolicy::kStop : UnknownPolicy::kPass;
+    const UnknownPolicy policy = m % 2 == 0 ? UnknownPolicy::kObstacle : UnknownPolicy::kFree;
     const test::ModelledMap model = test::randomRooms(random, fitConfig(), kArea);
     DenseObstacles expected(model.voxels, kArea, policy);
-    const Obstacles obstacles(model.map, policy);
+    const Obstacles obstacles(model.map, policy, Budget::unlimited());
     const int max_edge = m % 4 == 3 ? 20 : 5;
     const Cell size{random.integer(1, max_edge), random.integer(1, max_edge),
                     random.integer(1, max_edge)};
@@ -83,17 +83,20 @@ TEST(FitQuery, isThePointItselfWhereTheBoxFits) {
   CuboidMap map(fitConfig());
   map.replace(kAllCells, {{{{0, 0, 0}, {10, 10, 10}}, -1.0F}});
   const Eigen::Vector3d point(3.3, 4.4, 5.5);
-  const auto found = findNearestFit(map, point, {2, 2, 2}, UnknownPolicy::kStop, 0.0);
-  ASSERT_TRUE(found.has_value());
-  EXPECT_EQ(*found, point);
+  const auto found =
+      findNearestFit(map, point, {2, 2, 2}, UnknownPolicy::kObstacle, 0.0, Budget::unlimited());
+  ASSERT_TRUE(found.isFound());
+  EXPECT_EQ(found->center_map, point);
+  EXPECT_EQ(found->distance_m, 0.0);
 }
 
 TEST(FitQuery, isAtTheWallForABoxThatWouldReachBehindIt) {
   CuboidMap map(fitConfig());
   map.replace(kAllCells, {{{{0, 0, 0}, {10, 10, 10}}, -1.0F}});
-  const auto found = findNearestFit(map, {-1.0, 5.0, 9.9}, {2, 3, 1.5}, UnknownPolicy::kStop, 20.0);
-  ASSERT_TRUE(found.has_value());
-  EXPECT_NEAR((*found - Eigen::Vector3d(1.0, 5.0, 9.25)).norm(), 0.0, 1e-9);
+  const auto found = findNearestFit(map, {-1.0, 5.0, 9.9}, {2, 3, 1.5}, UnknownPolicy::kObstacle,
+                                    20.0, Budget::unlimited());
+  ASSERT_TRUE(found.isFound());
+  EXPECT_NEAR((found->center_map - Eigen::Vector3d(1.0, 5.0, 9.25)).norm(), 0.0, 1e-9);
 }
 
 TEST(FitQuery, doesNotSearchBeyondWhatIsKnownWhereTheUnknownIsAnObstacle) {
@@ -101,13 +104,15 @@ TEST(FitQuery, doesNotSearchBeyondWhatIsKnownWhereTheUnknownIsAnObstacle) {
   config.resolution_m = 0.05;
   CuboidMap map(config);
   Budget of_nothing{QueryLimits{}};
-  EXPECT_FALSE(findNearestFit(map, {0, 0, 0}, {1, 1, 1}, UnknownPolicy::kStop, 100.0, of_nothing));
+  EXPECT_TRUE(findNearestFit(map, {0, 0, 0}, {1, 1, 1}, UnknownPolicy::kObstacle, 100.0, of_nothing)
+                  .isNotFound());
   EXPECT_FALSE(of_nothing.isSpent());
   map.replace(kAllCells, {UniformBox{{{0, 0, 0}, {16, 16, 16}}, -1.0F}});
   QueryLimits limits;
   limits.max_bricks = 1000000;  // A search of 100 m takes about 1e9.
   Budget of_few(limits);
-  EXPECT_FALSE(findNearestFit(map, {0, 0, 0}, {1, 1, 1}, UnknownPolicy::kStop, 100.0, of_few));
+  EXPECT_TRUE(findNearestFit(map, {0, 0, 0}, {1, 1, 1}, UnknownPolicy::kObstacle, 100.0, of_few)
+                  .isNotFound());
   EXPECT_FALSE(of_few.isSpent());
 }
 
@@ -115,7 +120,8 @@ TEST(FitQuery, isNothingWhereNoneIsNearOrTheQuestionIsBad) {
   CuboidMap map(fitConfig());
   map.replace(kAllCells, {{{{0, 0, 0}, {10, 10, 10}}, -1.0F}});
   const auto find = [&](const Eigen::Vector3d& point, const Eigen::Vector3d& size_m, double max_m) {
-    return findNearestFit(map, point, size_m, UnknownPolicy::kStop, max_m).has_value();
+    return findNearestFit(map, point, size_m, UnknownPolicy::kObstacle, max_m, Budget::unlimited())
+        .isFound();
   };
   EXPECT_FALSE(find({5, 5, 5}, {10.5, 1, 1}, 50.0)) << "larger than the room";
   EXPECT_TRUE(find({5, 5, 5}, {10.0, 1, 1}, 50.0)) << "equal to it";
@@ -171,7 +177,7 @@ TEST(FitQuery, agreesWithALookAtEveryPlace) {
   std::size_t num_moved = 0;
   std::size_t num_none = 0;
   for (int m = 0; m < 20; ++m) {
-    const UnknownPolicy policy = m % 2 == 0 ? UnknownPolicy::kStop : UnknownPolicy::kPass;
+    const UnknownPolicy policy = m % 2 == 0 ? UnknownPolicy::kObstacle : UnknownPolicy::kFree;
     const test::ModelledMap model = test::randomRooms(random, fitConfig(), kArea);
     DenseObstacles obstacles(model.voxels, kArea, policy);
     for (int i = 0; i < 500; ++i, ++num_cases) {
@@ -181,15 +187,18 @@ TEST(FitQuery, agreesWithALookAtEveryPlace) {
       if (i % 3 == 0) size_m = Eigen::Vector3d(random.integer(1, 5), 2, random.integer(1, 3));
       if (i % 3 == 1) size_m *= random.chance(0.5) ? 5.0 : 15.0;
       const double expected = findBySearch(obstacles, model.map.grid(), point, size_m, kReach);
-      const auto found = findNearestFit(model.map, point, size_m, policy, kReach);
+      const auto found =
+          findNearestFit(model.map, point, size_m, policy, kReach, Budget::unlimited());
       if (expected >= kReach * kReach) {
-        ASSERT_FALSE(found.has_value()) << test::seedNote(num_cases);
+        ASSERT_FALSE(found.isFound()) << test::seedNote(num_cases);
         ++num_none;
         continue;
       }
-      ASSERT_TRUE(found.has_value()) << test::seedNote(num_cases);
-      ASSERT_NEAR((*found - point).squaredNorm(), expected, 1e-4) << test::seedNote(num_cases);
-      ASSERT_FALSE(obstacles.isAny(*model.map.grid().toCellBox(boxAround(*found, size_m))))
+      ASSERT_TRUE(found.isFound()) << test::seedNote(num_cases);
+      ASSERT_NEAR((found->center_map - point).squaredNorm(), expected, 1e-4)
+          << test::seedNote(num_cases);
+      ASSERT_FALSE(
+          obstacles.isAny(*model.map.grid().toCellBox(boxAround(found->center_map, size_m))))
           << test::seedNote(num_cases);
       num_moved += expected > 0.0 ? 1 : 0;
     }

@@ -77,11 +77,11 @@ TEST(FrontierQuery, findsTheVoxelsBesideUnknownSpaceInClusters) {
     for (const std::set<Cell>& cluster : findClusters(findVoxels(map, task.region))) {
       if (cluster.size() >= task.min_voxels) expected.insert(cluster);
     }
-    const Frontiers found = findFrontiers(map, task);
-    ASSERT_TRUE(found.is_valid);
+    const auto found = findFrontiers(map, task, Budget::unlimited());
+    ASSERT_TRUE(found.isFound() || found.isNotFound());
     std::set<std::set<Cell>> clusters;
     std::size_t last = std::numeric_limits<std::size_t>::max();
-    for (const Frontier& frontier : found.frontiers) {
+    for (const Frontier& frontier : found.value) {
       clusters.insert({frontier.voxels.begin(), frontier.voxels.end()});
       EXPECT_LE(frontier.voxels.size(), last) << "the largest first";
       last = frontier.voxels.size();
@@ -106,8 +106,9 @@ double seeUnknown(const CuboidMap& map, const Eigen::Vector3d& from, double rang
   test::visitCells({{-27, -27, -19}, {27, 27, 19}}, [&](const Cell& cell) {
     const Eigen::Vector3d to_cell = map.grid().centerOf(CellBox::ofCell(cell)) - from;
     if (map.voxels().at(cell) != Occupancy::kUnknown || to_cell.norm() > range_m) return;
-    const auto ray = castRay(map, from, to_cell, to_cell.norm(), UnknownPolicy::kPass);
-    if (!ray || ray->end == RayEnd::kMaxRange) volume_m3 += map.grid().voxelVolume();
+    const auto ray =
+        castRay(map, from, to_cell, to_cell.norm(), UnknownPolicy::kFree, Budget::unlimited());
+    if (!ray.isFound() || ray->end == RayEnd::kMaxRange) volume_m3 += map.grid().voxelVolume();
   });
   return volume_m3;
 }
@@ -124,16 +125,19 @@ TEST(FrontierQuery, saysWhereToStandAndWhatIsSeenFromThere) {
     task.size_m = Eigen::Vector3d::Constant(0.09);
     task.max_distance_m = 0.3;
     task.view_range_m = random.real(0.2, 0.5);
-    const Frontiers found = findFrontiers(map, task);
-    for (std::size_t k = 0; k < std::min<std::size_t>(3, found.frontiers.size()); ++k) {
-      const Frontier& frontier = found.frontiers[k];
-      const auto place = findNearestFit(map, frontier.center_map, task.size_m, UnknownPolicy::kStop,
-                                        task.max_distance_m);
-      ASSERT_EQ(frontier.place_map, place);
-      if (!place) continue;
+    const auto found = findFrontiers(map, task, Budget::unlimited());
+    for (std::size_t k = 0; k < std::min<std::size_t>(3, found.value.size()); ++k) {
+      const Frontier& frontier = found.value[k];
+      const auto place =
+          findNearestFit(map, frontier.center_map, task.size_m, UnknownPolicy::kObstacle,
+                         task.max_distance_m, Budget::unlimited());
+      ASSERT_EQ(frontier.place_map.has_value(), place.isFound());
+      if (!place.isFound()) continue;
+      ASSERT_EQ(*frontier.place_map, place->center_map);
       ++num_places;
-      EXPECT_LE((*place - frontier.center_map).norm(), task.max_distance_m + 1e-9);
-      EXPECT_NEAR(frontier.unknown_volume_m3, seeUnknown(map, *place, task.view_range_m), 1e-9);
+      EXPECT_LE(place->distance_m, task.max_distance_m + 1e-9);
+      EXPECT_NEAR(frontier.unknown_volume_m3, seeUnknown(map, place->center_map, task.view_range_m),
+                  1e-9);
     }
   }
   EXPECT_GT(num_places, 5U);
@@ -143,26 +147,26 @@ TEST(FrontierQuery, refusesNumbersOutsideTheirRanges) {
   const CuboidMap map;
   const double nan = std::numeric_limits<double>::quiet_NaN();
   FrontierTask task;
-  EXPECT_TRUE(findFrontiers(map, task).is_valid);
-  EXPECT_TRUE(findFrontiers(map, task).frontiers.empty());
+  EXPECT_TRUE(findFrontiers(map, task, Budget::unlimited()).isNotFound());
   for (const double wrong : {0.0, -1.0, nan, std::numeric_limits<double>::infinity()}) {
     task.size_m.y() = wrong;
-    EXPECT_FALSE(findFrontiers(map, task).is_valid) << wrong;
+    EXPECT_FALSE(findFrontiers(map, task, Budget::unlimited()).fault.empty()) << wrong;
   }
   task = {};
   for (const double wrong : {-1.0, nan, std::numeric_limits<double>::infinity()}) {
     task.view_range_m = wrong;
-    EXPECT_FALSE(findFrontiers(map, task).is_valid) << wrong;
+    EXPECT_FALSE(findFrontiers(map, task, Budget::unlimited()).fault.empty()) << wrong;
     task = {};
     task.max_distance_m = wrong;
-    EXPECT_FALSE(findFrontiers(map, task).is_valid) << wrong;
+    EXPECT_FALSE(findFrontiers(map, task, Budget::unlimited()).fault.empty()) << wrong;
     task = {};
   }
   task.view_range_m = 501 * map.grid().resolution();
-  EXPECT_FALSE(findFrontiers(map, task).is_valid) << "a kilometre of rays";
+  EXPECT_FALSE(findFrontiers(map, task, Budget::unlimited()).fault.empty())
+      << "a kilometre of rays";
   task = {};
   task.region = {};
-  EXPECT_FALSE(findFrontiers(map, task).is_valid) << "an empty region";
+  EXPECT_FALSE(findFrontiers(map, task, Budget::unlimited()).fault.empty()) << "an empty region";
 }
 
 TEST(FrontierQuery, endsWithItsBudget) {
@@ -171,13 +175,13 @@ TEST(FrontierQuery, endsWithItsBudget) {
   QueryLimits limits;
   limits.max_entries = 1;
   Budget entries(limits);
-  const Frontiers one = findFrontiers(map, {}, entries);
-  EXPECT_TRUE(one.is_truncated);
-  EXPECT_EQ(one.frontiers.size(), 1U);
+  const auto one = findFrontiers(map, {}, entries);
+  EXPECT_EQ(one.status, AnswerStatus::kBudgetSpent);
+  EXPECT_EQ(one.value.size(), 1U);
   limits = {};
   limits.max_bricks = 3;
   Budget bricks(limits);
-  EXPECT_TRUE(findFrontiers(map, {}, bricks).is_truncated);
+  EXPECT_EQ(findFrontiers(map, {}, bricks).status, AnswerStatus::kBudgetSpent);
 }
 
 }  // namespace

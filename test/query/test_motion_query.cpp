@@ -42,8 +42,8 @@ std::vector<Eigen::Isometry3d> samplesOf(const Eigen::Isometry3d& from, const Ei
 
 bool areFree(const CuboidMap& map, const Body& body, const std::vector<Eigen::Isometry3d>& poses,
              UnknownPolicy policy) {
-  for (const PoseQueryResult& result : checkPoses(map, body, poses, policy)) {
-    if (!result.isFree()) return false;
+  for (const auto& contact : checkPoses(map, body, poses, policy, Budget::unlimited())) {
+    if (!contact.isNotFound()) return false;
   }
   return true;
 }
@@ -56,32 +56,33 @@ TEST(MotionQuery, IsNeverFreeWhereAVoxelIsMetAndElseFreeBesidesItsTolerance) {
   constexpr int kSamples = 3000;
   for (int round = 0; round < 400; ++round) {
     const CuboidMap map = test::mapOfUpdates(random, 6, motionConfig());
-    const UnknownPolicy policy = random.chance(0.1) ? UnknownPolicy::kStop : UnknownPolicy::kPass;
+    const UnknownPolicy policy =
+        random.chance(0.1) ? UnknownPolicy::kObstacle : UnknownPolicy::kFree;
     const Body body = test::randomBody(random, kVoxel_m);
     const Eigen::Isometry3d from = test::randomTurnedPose(random, 2.5);
     Eigen::Isometry3d to = test::randomTurnedPose(random, 2.5);
     if (random.chance(0.3)) to.translation() = from.translation();
     if (random.chance(0.3)) to.linear() = from.linear();
-    const MotionQueryResult result = checkMotion(map, body, {from, to}, policy);
-    if (result.answer == WayAnswer::kInvalid) continue;  // It is half a turn.
-    EXPECT_NEAR(result.length_m, (to.translation() - from.translation()).norm(), 1e-12);
-    if (result.isFree()) {
+    const auto result = checkMotion(map, body, {from, to}, policy, Budget::unlimited());
+    if (result.status == AnswerStatus::kInvalid) continue;  // It is half a turn.
+    const double length_m = lengthOf({from, to});
+    if (result.isNotFound()) {
       ++num_free;
       EXPECT_TRUE(areFree(map, body, samplesOf(from, to, 1.0, kSamples), policy)) << round;
       continue;
     }
     ++num_blocked;
-    ASSERT_TRUE(result.contact) << round;
+    ASSERT_TRUE(result.isFound()) << round;
     // The body is free up to there, but for its touch; and meets the voxel, or nearly.
-    if (result.length_m > 0.0) {
-      const double part = result.contact->distance_m / result.length_m;
+    if (length_m > 0.0) {
+      const double part = result->distance_m / length_m;
       EXPECT_TRUE(areFree(map, test::grown(body, -1e-7),
                           samplesOf(from, to, std::max(0.0, part - 1e-9), kSamples), policy) ||
                   part == 0.0)
           << round;
     }
     const Body larger = test::grown(body, 4.0 * kMotionTolerance * kVoxel_m);
-    EXPECT_FALSE(areFree(map, larger, {result.contact->T_map_body}, policy)) << round;
+    EXPECT_FALSE(areFree(map, larger, {result->T_map_body}, policy)) << round;
     // Motions with room on all sides are free.
     const bool has_room = areFree(map, larger, samplesOf(from, to, 1.0, kSamples), policy);
     EXPECT_FALSE(has_room) << round;
@@ -105,27 +106,28 @@ TEST(MotionQuery, FindsWhatABarMeetsWhileItTurns) {
   const Body bar = boxBody({2.5, 0.25, 0.25});
   const auto along = yawed({0, 0, 0}, 0.0);
   const auto across = yawed({0, 0, 0}, M_PI / 2);
-  EXPECT_TRUE(areFree(map, bar, {along, across}, UnknownPolicy::kStop));
-  const auto result = checkMotion(map, bar, {along, across, along}, UnknownPolicy::kStop);
-  EXPECT_EQ(result.answer, WayAnswer::kBlocked);
-  ASSERT_TRUE(result.contact);
-  EXPECT_EQ(result.contact->segment, 0U);
-  EXPECT_EQ(result.contact->contact.voxel.x, 3);
-  const double yaw = std::atan2(result.contact->T_map_body(1, 0), result.contact->T_map_body(0, 0));
+  EXPECT_TRUE(areFree(map, bar, {along, across}, UnknownPolicy::kObstacle));
+  const auto result =
+      checkMotion(map, bar, {along, across, along}, UnknownPolicy::kObstacle, Budget::unlimited());
+  ASSERT_TRUE(result.isFound());
+  EXPECT_EQ(result->segment, 0U);
+  EXPECT_EQ(result->contact.voxel.x, 3);
+  const double yaw = std::atan2(result->T_map_body(1, 0), result->T_map_body(0, 0));
   EXPECT_GT(yaw, 0.5);
   EXPECT_LT(yaw, M_PI / 4);
   // The other way round there is none.
   EXPECT_TRUE(checkMotion(map, bar,
                           {along, yawed({0, 0, 0}, -M_PI / 4), yawed({0, 0, 0}, -M_PI / 2)},
-                          UnknownPolicy::kStop)
-                  .isFree());
+                          UnknownPolicy::kObstacle, Budget::unlimited())
+                  .isNotFound());
 }
 
 TEST(MotionQuery, IsExactAlongEdgesAndNeedsItsToleranceInATurn) {
   const CuboidMap hall = makeHall();
   const auto is_free = [&](const Body& body, const Eigen::Isometry3d& from,
                            const Eigen::Isometry3d& to) {
-    return checkMotion(hall, body, {from, to}, UnknownPolicy::kStop).isFree();
+    return checkMotion(hall, body, {from, to}, UnknownPolicy::kObstacle, Budget::unlimited())
+        .isNotFound();
   };
   // As wide and high as the hall, from wall to wall.
   const Body wall = boxBody({1.0, 4.0, 4.0});
@@ -151,14 +153,14 @@ TEST(MotionQuery, AgreesWithABoxThatDoesNotTurn) {
     for (int axis = 0; axis < 3; ++axis) {  // It moves along one edge.
       if (axis != round % 3) to[axis] = from[axis];
     }
-    const auto straight = checkPath(map, {from, to}, size_m, UnknownPolicy::kPass);
-    const auto motion =
-        checkMotion(map, boxBody(size_m), {yawed(from, 0.0), yawed(to, 0.0)}, UnknownPolicy::kPass);
-    ASSERT_EQ(motion.isFree(), straight.isFree()) << round;
-    if (!motion.contact) continue;
-    EXPECT_NEAR(motion.contact->distance_m, straight.contact->distance_m,
-                2.0 * kMotionTolerance * kVoxel_m);
-    EXPECT_LE(motion.contact->distance_m, straight.contact->distance_m + 1e-6);
+    const auto straight =
+        checkPath(map, {from, to}, size_m, UnknownPolicy::kFree, Budget::unlimited());
+    const auto motion = checkMotion(map, boxBody(size_m), {yawed(from, 0.0), yawed(to, 0.0)},
+                                    UnknownPolicy::kFree, Budget::unlimited());
+    ASSERT_EQ(motion.isNotFound(), straight.isNotFound()) << round;
+    if (!motion.isFound()) continue;
+    EXPECT_NEAR(motion->distance_m, straight->distance_m, 2.0 * kMotionTolerance * kVoxel_m);
+    EXPECT_LE(motion->distance_m, straight->distance_m + 1e-6);
   }
 }
 
@@ -170,7 +172,8 @@ TEST(MotionQuery, SaysWhatIsWrong) {
                                 const std::string& part) {
     const std::string text = findFault(body, poses, hall.grid());
     EXPECT_NE(text.find(part), std::string::npos) << "says: " << text;
-    EXPECT_EQ(checkMotion(hall, body, poses, UnknownPolicy::kPass).answer, WayAnswer::kInvalid);
+    EXPECT_EQ(checkMotion(hall, body, poses, UnknownPolicy::kFree, Budget::unlimited()).status,
+              AnswerStatus::kInvalid);
   };
   expect_fault({}, {here}, "no part");
   expect_fault(boxBody({3000, 1, 1}), {here}, "in metres");
@@ -183,7 +186,8 @@ TEST(MotionQuery, SaysWhatIsWrong) {
   expect_fault(bar, {here, here, yawed({1, 0, 0}, 0.3 + M_PI)},
                "poses[1] to poses[2] is half a turn");
   EXPECT_EQ(findFault(bar, {here, yawed({1, 0, 0}, 0.31 + M_PI)}, hall.grid()), "");
-  EXPECT_TRUE(checkMotion(hall, bar, {here}, UnknownPolicy::kPass).isFree());
+  EXPECT_TRUE(
+      checkMotion(hall, bar, {here}, UnknownPolicy::kFree, Budget::unlimited()).isNotFound());
 }
 
 TEST(MotionQuery, EndsWithItsBudget) {
@@ -193,9 +197,9 @@ TEST(MotionQuery, EndsWithItsBudget) {
   Budget budget(limits);
   const auto result =
       checkMotion(hall, boxBody({0.5, 0.5, 0.5}), {yawed({0, 0, 0}, 0.0), yawed({1e6, 0, 0}, 1.0)},
-                  UnknownPolicy::kPass, budget);
-  EXPECT_EQ(result.answer, WayAnswer::kBudgetSpent);
-  EXPECT_FALSE(result.contact);
+                  UnknownPolicy::kFree, budget);
+  EXPECT_EQ(result.status, AnswerStatus::kBudgetSpent);
+  EXPECT_FALSE(result.isFound());
 }
 
 }  // namespace

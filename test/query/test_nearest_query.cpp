@@ -34,7 +34,9 @@ CuboidMap threeInARow() {
 }
 
 TEST(NearestQuery, givesTheNearestFirstWithItsClosestPoint) {
-  const auto nearest = findNearest(threeInARow(), {0.25, 0.25, 0.25}, 2, CuboidFilter::kOccupied);
+  const auto nearest = findNearest(threeInARow(), {0.25, 0.25, 0.25}, 2, CuboidFilter::kOccupied,
+                                   Budget::unlimited())
+                           .value;
   ASSERT_EQ(nearest.size(), 2U);
   EXPECT_EQ(nearest[0].cuboid.box, CellBox::ofCell({4, 0, 0}));
   EXPECT_NEAR(nearest[0].distance_m, 1.75, 1e-12);
@@ -46,7 +48,8 @@ TEST(NearestQuery, givesTheNearestFirstWithItsClosestPoint) {
 TEST(NearestQuery, isAtDistanceZeroInACuboidAndOnItsFace) {
   for (const double x_m : {2.0, 2.25, 2.5}) {
     const Eigen::Vector3d point(x_m, 0.25, 0.25);
-    const auto nearest = findNearest(threeInARow(), point, 1, CuboidFilter::kAll);
+    const auto nearest =
+        findNearest(threeInARow(), point, 1, CuboidFilter::kAll, Budget::unlimited()).value;
     ASSERT_EQ(nearest.size(), 1U);
     EXPECT_EQ(nearest[0].cuboid.box, CellBox::ofCell({4, 0, 0})) << x_m;
     EXPECT_EQ(nearest[0].distance_m, 0.0) << x_m;
@@ -57,22 +60,34 @@ TEST(NearestQuery, isAtDistanceZeroInACuboidAndOnItsFace) {
 TEST(NearestQuery, givesAsManyAsThereAre) {
   const CuboidMap map = threeInARow();
   const Eigen::Vector3d point(0.25, 0.25, 0.25);
-  EXPECT_EQ(findNearest(map, point, 10, CuboidFilter::kAll).size(), 3U);
-  EXPECT_EQ(findNearest(map, point, 10, CuboidFilter::kFree).size(), 1U);
-  EXPECT_EQ(findNearest(map, point, 10, CuboidFilter::kOccupied).size(), 2U);
-  EXPECT_EQ(findNearest(map, point, 10, CuboidFilter::kOccupied, 1.76).size(), 1U);
-  EXPECT_EQ(findNearest(map, point, 10, CuboidFilter::kOccupied, 1.74).size(), 0U);
-  EXPECT_EQ(findNearest(CuboidMap(), point, 10, CuboidFilter::kAll).size(), 0U);
+  EXPECT_EQ(findNearest(map, point, 10, CuboidFilter::kAll, Budget::unlimited()).value.size(), 3U);
+  EXPECT_EQ(findNearest(map, point, 10, CuboidFilter::kFree, Budget::unlimited()).value.size(), 1U);
+  EXPECT_EQ(findNearest(map, point, 10, CuboidFilter::kOccupied, Budget::unlimited()).value.size(),
+            2U);
+  EXPECT_EQ(
+      findNearest(map, point, 10, CuboidFilter::kOccupied, Budget::unlimited(), 1.76).value.size(),
+      1U);
+  EXPECT_EQ(
+      findNearest(map, point, 10, CuboidFilter::kOccupied, Budget::unlimited(), 1.74).value.size(),
+      0U);
+  EXPECT_EQ(
+      findNearest(CuboidMap(), point, 10, CuboidFilter::kAll, Budget::unlimited()).value.size(),
+      0U);
 }
 
 TEST(NearestQuery, needNotStartInTheMap) {
   const CuboidMap map = threeInARow();
-  EXPECT_EQ(findNearest(map, {1e12, 0.0, 0.0}, 1, CuboidFilter::kAll).size(), 1U);
-  EXPECT_TRUE(findNearest(map, {100.0, 0.0, 0.0}, 1, CuboidFilter::kAll, 5.0).empty());
+  EXPECT_EQ(
+      findNearest(map, {1e12, 0.0, 0.0}, 1, CuboidFilter::kAll, Budget::unlimited()).value.size(),
+      1U);
+  EXPECT_TRUE(findNearest(map, {100.0, 0.0, 0.0}, 1, CuboidFilter::kAll, Budget::unlimited(), 5.0)
+                  .value.empty());
 }
 
 TEST(NearestQuery, includesTheCuboidOfThePointAtMaxDistanceZero) {
-  const auto nearest = findNearest(threeInARow(), {2.25, 0.25, 0.25}, 5, CuboidFilter::kAll, 0.0);
+  const auto nearest = findNearest(threeInARow(), {2.25, 0.25, 0.25}, 5, CuboidFilter::kAll,
+                                   Budget::unlimited(), 0.0)
+                           .value;
   ASSERT_EQ(nearest.size(), 1U);
   EXPECT_EQ(nearest[0].cuboid.box, CellBox::ofCell({4, 0, 0}));
 }
@@ -80,12 +95,16 @@ TEST(NearestQuery, includesTheCuboidOfThePointAtMaxDistanceZero) {
 TEST(NearestQuery, isNothingForWhatIsNoQuery) {
   const CuboidMap map = threeInARow();
   const Eigen::Vector3d point(0.25, 0.25, 0.25);
-  EXPECT_TRUE(findNearest(map, point, 0, CuboidFilter::kAll).empty());
-  EXPECT_TRUE(findNearest(map, point, 1, CuboidFilter::kAll, -0.1).empty());
-  EXPECT_TRUE(findNearest(map, point, 1, CuboidFilter::kAll, std::nan("")).empty());
+  EXPECT_TRUE(findNearest(map, point, 0, CuboidFilter::kAll, Budget::unlimited()).value.empty());
+  EXPECT_TRUE(
+      findNearest(map, point, 1, CuboidFilter::kAll, Budget::unlimited(), -0.1).value.empty());
+  EXPECT_TRUE(findNearest(map, point, 1, CuboidFilter::kAll, Budget::unlimited(), std::nan(""))
+                  .value.empty());
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   for (const double bad : {std::nan(""), kInfinity, -kInfinity}) {
-    EXPECT_TRUE(findNearest(map, {0.25, bad, 0.25}, 1, CuboidFilter::kAll).empty()) << bad;
+    EXPECT_TRUE(findNearest(map, {0.25, bad, 0.25}, 1, CuboidFilter::kAll, Budget::unlimited())
+                    .value.empty())
+        << bad;
   }
 }
 
@@ -107,7 +126,8 @@ void checkNearest(const CuboidMap& map, const std::vector<Cuboid>& all,
   const std::size_t k = 1 + random.index(12);
   const double max_distance_m =
       random.chance(0.5) ? std::numeric_limits<double>::infinity() : random.real(0.0, 1.0);
-  const std::vector<NearestCuboid> nearest = findNearest(map, point, k, filter, max_distance_m);
+  const std::vector<NearestCuboid> nearest =
+      findNearest(map, point, k, filter, Budget::unlimited(), max_distance_m).value;
 
   const Eigen::Vector3d point_cells = map.grid().toCellUnits(point);
   std::vector<double> expected_m = sortedDistances(all, point_cells, filter);
@@ -128,7 +148,7 @@ void checkNearest(const CuboidMap& map, const std::vector<Cuboid>& all,
     ASSERT_NEAR(near.direction_map.norm(), near.closest_point_map == point ? 0.0 : 1.0, 1e-9);
     ASSERT_LT(test::distanceTo(map.grid().toCellUnits(near.closest_point_map), near.cuboid.box),
               1e-7);
-    ASSERT_TRUE(findCuboid(map, near.cuboid.box.min) == near.cuboid) << "not in the map";
+    ASSERT_TRUE(findCuboidOfCell(map, near.cuboid.box.min) == near.cuboid) << "not in the map";
   }
   found = test::sorted(std::move(found));
   ASSERT_TRUE(std::adjacent_find(found.begin(), found.end()) == found.end()) << "one twice";

@@ -34,24 +34,29 @@ CuboidMap tunnel() {
 const Eigen::Vector3d kCube = Eigen::Vector3d::Constant(2.0);
 
 TEST(PathQuery, tellsWhereABoxFirstMeetsAnObstacle) {
+  const Path path{{1, 1, 1}, {4, 1, 1}, {12, 1, 1}};
   const auto result =
-      checkPath(tunnel(), Path{{1, 1, 1}, {4, 1, 1}, {12, 1, 1}}, kCube, UnknownPolicy::kStop);
-  ASSERT_TRUE(result.contact);
-  EXPECT_EQ(result.answer, WayAnswer::kBlocked);
-  EXPECT_FALSE(result.isFree());
-  EXPECT_DOUBLE_EQ(result.length_m, 11.0);
-  EXPECT_EQ(result.contact->segment, 1U);
-  EXPECT_NEAR(result.contact->distance_m, 8.0, 1e-5);
-  EXPECT_NEAR((result.contact->point_map - Eigen::Vector3d(9, 1, 1)).norm(), 0.0, 1e-5);
-  EXPECT_EQ(result.contact->voxel.x, 10);
+      checkPath(tunnel(), path, kCube, UnknownPolicy::kObstacle, Budget::unlimited());
+  ASSERT_TRUE(result.isFound());
+  EXPECT_DOUBLE_EQ(lengthOf(path), 11.0);
+  EXPECT_EQ(result->segment, 1U);
+  EXPECT_NEAR(result->distance_m, 8.0, 1e-5);
+  EXPECT_NEAR((result->point_map - Eigen::Vector3d(9, 1, 1)).norm(), 0.0, 1e-5);
+  EXPECT_EQ(result->voxel.x, 10);
 }
 
 TEST(PathQuery, doesNotCountFacesThatTouch) {
   const CuboidMap map = tunnel();
-  EXPECT_FALSE(checkPath(map, Path{{1, 1, 1}, {9, 1, 1}}, kCube, UnknownPolicy::kStop).contact);
-  EXPECT_TRUE(checkPath(map, Path{{1, 1, 1}, {9.01, 1, 1}}, kCube, UnknownPolicy::kStop).contact);
+  EXPECT_FALSE(checkPath(map, Path{{1, 1, 1}, {9, 1, 1}}, kCube, UnknownPolicy::kObstacle,
+                         Budget::unlimited())
+                   .isFound());
+  EXPECT_TRUE(checkPath(map, Path{{1, 1, 1}, {9.01, 1, 1}}, kCube, UnknownPolicy::kObstacle,
+                        Budget::unlimited())
+                  .isFound());
   const Eigen::Vector3d wider(2.0, 2.01, 2.0);
-  EXPECT_TRUE(checkPath(map, Path{{1, 1, 1}, {2, 1, 1}}, wider, UnknownPolicy::kStop).contact);
+  EXPECT_TRUE(checkPath(map, Path{{1, 1, 1}, {2, 1, 1}}, wider, UnknownPolicy::kObstacle,
+                        Budget::unlimited())
+                  .isFound());
 }
 
 TEST(PathQuery, doesNotCountFacesThatTouchButForRounding) {
@@ -62,35 +67,40 @@ TEST(PathQuery, doesNotCountFacesThatTouchButForRounding) {
     map.replace(kAllCells, {{{{0, 0, z}, {20, 3, z + 3}}, -1.0F}});
     const double z_m = (z + 1.5) * 0.1;
     const Path path{{0.5, 0.15, z_m}, {1.5, 0.15, z_m}};
-    EXPECT_FALSE(checkPath(map, path, cube, UnknownPolicy::kStop).contact) << z;
+    EXPECT_FALSE(
+        checkPath(map, path, cube, UnknownPolicy::kObstacle, Budget::unlimited()).isFound())
+        << z;
   }
 }
 
 TEST(PathQuery, looksAtOneWaypointAsABoxThatStands) {
-  const auto blocked = checkPath(tunnel(), Path{{9.5, 1, 1}}, kCube, UnknownPolicy::kStop);
-  ASSERT_TRUE(blocked.contact);
-  EXPECT_EQ(blocked.contact->segment, 0U);
-  EXPECT_EQ(blocked.contact->distance_m, 0.0);
-  EXPECT_EQ(blocked.length_m, 0.0);
-  EXPECT_FALSE(checkPath(tunnel(), Path{{5, 1, 1}}, kCube, UnknownPolicy::kStop).contact);
+  const auto blocked =
+      checkPath(tunnel(), Path{{9.5, 1, 1}}, kCube, UnknownPolicy::kObstacle, Budget::unlimited());
+  ASSERT_TRUE(blocked.isFound());
+  EXPECT_EQ(blocked->segment, 0U);
+  EXPECT_EQ(blocked->distance_m, 0.0);
+  EXPECT_FALSE(
+      checkPath(tunnel(), Path{{5, 1, 1}}, kCube, UnknownPolicy::kObstacle, Budget::unlimited())
+          .isFound());
 }
 
 TEST(PathQuery, meetsUnknownSpaceByPolicy) {
   const CuboidMap map = tunnel();
   const Path out{{5, 1, 1}, {5, 1, 100}};
-  EXPECT_FALSE(checkPath(map, out, kCube, UnknownPolicy::kPass).contact);
-  const auto stopped = checkPath(map, out, kCube, UnknownPolicy::kStop);
-  ASSERT_TRUE(stopped.contact);
-  EXPECT_NEAR(stopped.contact->distance_m, 0.0, 1e-5);
-  EXPECT_EQ(stopped.contact->voxel.z, 2);
+  EXPECT_FALSE(checkPath(map, out, kCube, UnknownPolicy::kFree, Budget::unlimited()).isFound());
+  const auto stopped = checkPath(map, out, kCube, UnknownPolicy::kObstacle, Budget::unlimited());
+  ASSERT_TRUE(stopped.isFound());
+  EXPECT_NEAR(stopped->distance_m, 0.0, 1e-5);
+  EXPECT_EQ(stopped->voxel.z, 2);
 }
 
 TEST(PathQuery, isInvalidForWhatIsNoPathOrNoBox) {
   const CuboidMap map = tunnel();
   const auto is_refused = [&](const Path& path, const Eigen::Vector3d& size_m) {
-    EXPECT_EQ(isPathFree(map, path, size_m, UnknownPolicy::kPass),
-              checkPath(map, path, size_m, UnknownPolicy::kPass).isFree());
-    return checkPath(map, path, size_m, UnknownPolicy::kPass).answer == WayAnswer::kInvalid;
+    EXPECT_EQ(isPathFree(map, path, size_m, UnknownPolicy::kFree, Budget::unlimited()),
+              checkPath(map, path, size_m, UnknownPolicy::kFree, Budget::unlimited()).isNotFound());
+    return checkPath(map, path, size_m, UnknownPolicy::kFree, Budget::unlimited()).status ==
+           AnswerStatus::kInvalid;
   };
   EXPECT_TRUE(is_refused({}, kCube));
   EXPECT_TRUE(is_refused({{1, 1, 1}}, {1, 0, 1}));
@@ -143,30 +153,30 @@ TEST(PathQuery, agreesWithALookAtEveryVoxel) {
   std::size_t num_blocked = 0;
   std::size_t num_blocked_on_the_way = 0;
   for (std::size_t m = 0; m < kMaps; ++m) {
-    const UnknownPolicy policy = m % 2 == 0 ? UnknownPolicy::kStop : UnknownPolicy::kPass;
+    const UnknownPolicy policy = m % 2 == 0 ? UnknownPolicy::kObstacle : UnknownPolicy::kFree;
     const test::ModelledMap model = test::randomRooms(random, configOf(1.0), kPathArea);
     DenseObstacles obstacles(model.voxels, kPathArea, policy);
     for (int i = 0; i < 200; ++i, ++num_cases) {
       const Path path = randomPath(random);
       const Eigen::Vector3d size_m(random.real(0.1, 3.0), random.real(0.1, 3.0),
                                    random.chance(0.5) ? 1.0 : 3.0);
-      const auto result = checkPath(model.map, path, size_m, policy);
-      ASSERT_EQ(result.isFree(), !result.contact);
-      ASSERT_EQ(isPathFree(model.map, path, size_m, policy), result.isFree())
+      const auto result = checkPath(model.map, path, size_m, policy, Budget::unlimited());
+      ASSERT_EQ(isPathFree(model.map, path, size_m, policy, Budget::unlimited()),
+                result.isNotFound())
           << test::seedNote(num_cases);
-      const double free_m = result.contact ? result.contact->distance_m : result.length_m;
+      const double free_m = result.isFound() ? result->distance_m : lengthOf(path);
       const Grid& grid = model.map.grid();
       // If it is blocked at the start, no part of it is free.
-      const int num_samples = result.contact && free_m == 0.0 ? -1 : 40;
+      const int num_samples = result.isFound() && free_m == 0.0 ? -1 : 40;
       for (int sample = 0; sample <= num_samples; ++sample) {
         const Eigen::Vector3d point = pointAt(path, free_m * sample / 40.0);
         ASSERT_FALSE(obstacles.isAny(voxelsAt(grid, point, size_m, -1e-4)))
             << point.transpose() << " " << test::seedNote(num_cases);
       }
-      if (!result.contact) continue;
+      if (!result.isFound()) continue;
       ++num_blocked;
       num_blocked_on_the_way += free_m > 0.0 ? 1 : 0;
-      const PathContact& contact = *result.contact;
+      const PathContact& contact = *result;
       ASSERT_TRUE(obstacles.isAny(CellBox::ofCell(contact.voxel))) << test::seedNote(num_cases);
       ASSERT_TRUE(voxelsAt(grid, contact.point_map, size_m, 1e-4).contains(contact.voxel))
           << test::seedNote(num_cases);
@@ -182,7 +192,7 @@ TEST(PathQuery, agreesWithALookAtEveryVoxel) {
 TEST(PathQuery, isExactForMotionAlongAnAxis) {
   Random random(72);
   const test::ModelledMap model = test::randomRooms(random, configOf(1.0), kPathArea);
-  DenseObstacles obstacles(model.voxels, kPathArea, UnknownPolicy::kStop);
+  DenseObstacles obstacles(model.voxels, kPathArea, UnknownPolicy::kObstacle);
   std::size_t num_free = 0;
   constexpr std::size_t kCases = 10000;
   for (std::size_t i = 0; i < kCases; ++i) {
@@ -192,8 +202,9 @@ TEST(PathQuery, isExactForMotionAlongAnAxis) {
     const Eigen::Vector3d size_m = Eigen::Vector3d::Constant(random.real(0.2, 2.0));
     const MetricBox swept{from.cwiseMin(to) - 0.5 * size_m, from.cwiseMax(to) + 0.5 * size_m};
     const bool is_blocked = obstacles.isAny(*model.map.grid().toCellBox(swept));
-    const auto result = checkPath(model.map, Path{from, to}, size_m, UnknownPolicy::kStop);
-    ASSERT_EQ(result.contact.has_value(), is_blocked) << test::seedNote(i);
+    const auto result =
+        checkPath(model.map, Path{from, to}, size_m, UnknownPolicy::kObstacle, Budget::unlimited());
+    ASSERT_EQ(result.isFound(), is_blocked) << test::seedNote(i);
     num_free += is_blocked ? 0 : 1;
   }
   EXPECT_GT(num_free, kCases / 20);

@@ -29,7 +29,7 @@ CuboidMap twoVoxels() {
 
 TEST(PointQuery, findsTheCuboidThatHoldsThePoint) {
   const CuboidMap map = twoVoxels();
-  const auto cuboid = findCuboid(map, Eigen::Vector3d(1.5, 0.5, 0.5));
+  const auto cuboid = findCuboid(map, {1.5, 0.5, 0.5});
   ASSERT_TRUE(cuboid.has_value());
   EXPECT_EQ(*cuboid, (Cuboid{CellBox::ofCell({1, 0, 0}), Occupancy::kOccupied}));
   EXPECT_EQ(classifyPoint(map, {1.5, 0.5, 0.5}), Occupancy::kOccupied);
@@ -47,8 +47,8 @@ TEST(PointQuery, givesAFaceToTheVoxelWithTheGreaterCoordinates) {
 
 TEST(PointQuery, findsNothingInUnknownSpaceOrOutsideTheGrid) {
   const CuboidMap map = twoVoxels();
-  EXPECT_FALSE(findCuboid(map, Eigen::Vector3d(3.5, 0.5, 0.5)).has_value());
-  EXPECT_FALSE(findCuboid(map, Cell{3, 0, 0}).has_value());
+  EXPECT_FALSE(findCuboid(map, {3.5, 0.5, 0.5}).has_value());
+  EXPECT_FALSE(findCuboidOfCell(map, {3, 0, 0}).has_value());
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   for (const double bad : {std::nan(""), kInfinity, -kInfinity, 4294967296.5, -4294967295.5}) {
     const Eigen::Vector3d point(bad, 0.5, 0.5);  // Voxel (0 0 0), if it wrapped around.

@@ -4,18 +4,22 @@
 #include "support/bodies.h"
 #include "support/flat_robot.h"
 #include "support/voxel_map.h"
+#include "support/way_end.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <queue>
+#include <string>
 
 namespace cuboid_mapping {
 namespace {
 
 using test::boxBody;
+using test::endOf;
 using test::FlatRobot;
 using test::Random;
 using test::yawed;
@@ -47,40 +51,48 @@ PosePathTask acrossTheRooms() {
   return task;
 }
 
-void expectPath(const CuboidMap& map, const PosePathTask& task, const PosePath& path) {
-  ASSERT_EQ(path.end, CorridorEnd::kFound);
+Answer<PosePath> find(const CuboidMap& map, const PosePathTask& task,
+                      UnknownPolicy policy = UnknownPolicy::kObstacle) {
+  return findPosePath(map, task, policy, Budget::unlimited());
+}
+
+void expectPath(const CuboidMap& map, const PosePathTask& task, const Answer<PosePath>& answer,
+                UnknownPolicy policy = UnknownPolicy::kObstacle) {
+  ASSERT_EQ(endOf(answer), "found");
+  const PosePath& path = *answer;
   ASSERT_GE(path.T_map_body.size(), 2U);
   EXPECT_TRUE(path.T_map_body.front().isApprox(task.start_map));
   EXPECT_TRUE(path.T_map_body.back().isApprox(task.goal_map));
-  const auto motion = checkMotion(map, task.body, path.T_map_body, task.policy);
-  EXPECT_TRUE(motion.isFree());
-  EXPECT_NEAR(motion.length_m, path.length_m, 1e-9);
+  EXPECT_TRUE(
+      checkMotion(map, task.body, path.T_map_body, policy, Budget::unlimited()).isNotFound());
+  EXPECT_EQ(lengthOf(path.T_map_body), path.length_m);
 }
 
 TEST(PosePath, TurnsABaseThroughADoorThatIsNarrowerThanItsLength) {
   const CuboidMap rooms = twoRooms(0.8);
   const PosePathTask task = acrossTheRooms();
-  const PosePath path = findPosePath(rooms, task);
+  const auto path = find(rooms, task);
   expectPath(rooms, task, path);
-  EXPECT_LT(path.length_m, 4.0);
-  EXPECT_LT(path.T_map_body.size(), 16U) << "steps are joined";
-  EXPECT_GT(path.num_poses, 10U);
+  EXPECT_LT(path->length_m, 4.0);
+  EXPECT_LT(path->T_map_body.size(), 16U) << "steps are joined";
+  EXPECT_GT(path->num_poses, 10U);
   // The box that encloses all headings does not pass, and the base not where the door is narrower.
   CorridorTask corridor;
   corridor.start_map = task.start_map.translation();
   corridor.goal_map = task.goal_map.translation();
   corridor.size_m = {1.17, 1.17, 0.3};
-  EXPECT_EQ(findCorridor(rooms, corridor).end, CorridorEnd::kNoWay);
-  EXPECT_EQ(findPosePath(twoRooms(0.5), task).end, CorridorEnd::kNoWay);
+  EXPECT_EQ(endOf(findCorridor(rooms, corridor, UnknownPolicy::kObstacle, Budget::unlimited())),
+            "between");
+  EXPECT_EQ(endOf(find(twoRooms(0.5), task)), "between");
 }
 
 TEST(PosePath, GoesStraightWhereNothingIsInTheWay) {
   const CuboidMap rooms = twoRooms(0.8);
   PosePathTask task = acrossTheRooms();
   task.goal_map = yawed({0.9, 1.3, 0.52}, 1.0);
-  const PosePath path = findPosePath(rooms, task);
+  const auto path = find(rooms, task);
   expectPath(rooms, task, path);
-  EXPECT_EQ(path.T_map_body.size(), 2U);
+  EXPECT_EQ(path->T_map_body.size(), 2U);
 }
 
 TEST(PosePath, TakesTheShorterWayAroundAWall) {
@@ -92,9 +104,9 @@ TEST(PosePath, TakesTheShorterWayAroundAWall) {
   task.body = boxBody({0.3, 0.3, 0.3});
   task.start_map = yawed({1.0, 3.0, 0.5}, 0.0);
   task.goal_map = yawed({3.0, 3.0, 0.5}, 0.0);
-  const PosePath path = findPosePath(map, task);
+  const auto path = find(map, task);
   expectPath(map, task, path);
-  for (const Eigen::Isometry3d& T_map_body : path.T_map_body)
+  for (const Eigen::Isometry3d& T_map_body : path->T_map_body)
     EXPECT_GE(T_map_body.translation().y(), 2.9);
 }
 
@@ -103,33 +115,22 @@ TEST(PosePath, SaysWhyThereIsNone) {
   const auto end_with = [&](auto change) {
     PosePathTask task = acrossTheRooms();
     change(task);
-    return findPosePath(rooms, task).end;
+    return endOf(find(rooms, task));
   };
-  EXPECT_EQ(end_with([](auto& t) {
-              t.start_map = yawed({1.8, 0.7, 0.5}, 0.0);
-            }),
-            CorridorEnd::kStartBlocked);
-  EXPECT_EQ(end_with([](auto& t) {
-              t.goal_map = yawed({3.9, 0.7, 0.5}, 0.0);
-            }),
-            CorridorEnd::kGoalBlocked);
-  EXPECT_EQ(end_with([](auto& t) {
-              t.region = CellBox{{0, 0, 0}, {30, 20, 10}};
-            }),
-            CorridorEnd::kGoalBlocked);
-  EXPECT_EQ(end_with([](auto& t) {
-              t.region = CellBox{{0, 0, 0}, {41, 15, 10}};
-            }),
-            CorridorEnd::kNoWay);
+  EXPECT_EQ(end_with([](auto& t) { t.start_map = yawed({1.8, 0.7, 0.5}, 0.0); }), "start");
+  EXPECT_EQ(end_with([](auto& t) { t.goal_map = yawed({3.9, 0.7, 0.5}, 0.0); }), "goal");
+  EXPECT_EQ(end_with([](auto& t) { t.region = CellBox{{0, 0, 0}, {30, 20, 10}}; }), "goal");
+  EXPECT_EQ(end_with([](auto& t) { t.region = CellBox{{0, 0, 0}, {41, 15, 10}}; }), "between");
   QueryLimits limits;
   limits.max_bricks = 500;
   Budget budget(limits);
-  EXPECT_EQ(findPosePath(rooms, acrossTheRooms(), budget).end, CorridorEnd::kBudgetSpent);
+  EXPECT_EQ(endOf(findPosePath(rooms, acrossTheRooms(), UnknownPolicy::kObstacle, budget)),
+            "spent");
   EXPECT_EQ(budget.whyEnded(), BudgetEnd::kBricks);
   limits = {};
   limits.max_entries = 2;
   Budget few(limits);
-  EXPECT_EQ(findPosePath(rooms, acrossTheRooms(), few).end, CorridorEnd::kBudgetSpent);
+  EXPECT_EQ(endOf(findPosePath(rooms, acrossTheRooms(), UnknownPolicy::kObstacle, few)), "spent");
 }
 
 TEST(PosePath, SaysWhatIsWrongWithATask) {
@@ -139,7 +140,7 @@ TEST(PosePath, SaysWhatIsWrongWithATask) {
     change(task);
     const std::string text = findFault(task, rooms.grid());
     EXPECT_NE(text.find(part), std::string::npos) << "says: " << text;
-    EXPECT_EQ(findPosePath(rooms, task).end, CorridorEnd::kInvalid);
+    EXPECT_EQ(endOf(find(rooms, task)), "invalid");
   };
   expect_fault("no part", [](auto& t) { t.body = {}; });
   expect_fault("in metres", [](auto& t) { t.body = boxBody({1000, 600, 300}); });
@@ -153,7 +154,7 @@ TEST(PosePath, SaysWhatIsWrongWithATask) {
   PosePathTask climber = acrossTheRooms();
   climber.goal_map.translation().z() = 0.7;
   climber.may_climb = true;
-  EXPECT_EQ(findPosePath(rooms, climber).end, CorridorEnd::kFound);
+  EXPECT_EQ(endOf(find(rooms, climber)), "found");
 }
 
 TEST(PosePath, ChecksThePathAgainWhenTheMapHasChangedMeanwhile) {
@@ -168,9 +169,9 @@ TEST(PosePath, ChecksThePathAgainWhenTheMapHasChangedMeanwhile) {
       rooms.replace({{20, 10, 0}, {21, 18, 10}}, {{{{20, 10, 0}, {21, 18, 10}}, 1.0F}});
   };
   Budget budget(QueryLimits{}, turns);
-  const PosePath path = findPosePath(rooms, task, budget);
+  const auto path = findPosePath(rooms, task, UnknownPolicy::kObstacle, budget);
   EXPECT_GT(num_turns, 100);
-  EXPECT_EQ(path.end, CorridorEnd::kNoWay);
+  EXPECT_EQ(endOf(path), "between");
 }
 
 constexpr CellBox kFlatArea{{0, 0, 0}, {24, 24, 5}};
@@ -248,7 +249,7 @@ class NaiveSearch {
         const Cell voxel{x + by.x, y + by.y, z};
         const Occupancy occupancy = map_.voxels().at(voxel);
         if (!kFlatArea.contains(voxel) || occupancy == Occupancy::kOccupied) return false;
-        if (occupancy == Occupancy::kUnknown && policy_ == UnknownPolicy::kStop) return false;
+        if (occupancy == Occupancy::kUnknown && policy_ == UnknownPolicy::kObstacle) return false;
       }
     }
     return true;
@@ -280,7 +281,7 @@ class NaiveSearch {
 
 TEST(PosePath, IsFoundIfAndOnlyIfThePlacesAndHeadingsAreConnected) {
   Random random(3960);
-  std::array<int, 6> num_by_end{};
+  std::map<std::string, int> num_by_end;
   int num_between = 0;
   int num_turned = 0;
   for (int r = 0; r < 8; ++r) {
@@ -295,25 +296,27 @@ TEST(PosePath, IsFoundIfAndOnlyIfThePlacesAndHeadingsAreConnected) {
       const CuboidMap map = randomFlat(random);
       PosePathTask task;
       task.body = robot.body();
-      task.policy = random.chance(0.7) ? UnknownPolicy::kStop : UnknownPolicy::kPass;
+      const UnknownPolicy policy =
+          random.chance(0.7) ? UnknownPolicy::kObstacle : UnknownPolicy::kFree;
       task.region = kFlatArea;
       const double z = random.real(1.0, 4.0);
-      NaiveSearch naive(map, robot, task.policy, z);
-      NaiveSearch wide(map, large, task.policy, z);
+      NaiveSearch naive(map, robot, policy, z);
+      NaiveSearch wide(map, large, policy, z);
       for (int i = 0; i < 4; ++i) {
         const Eigen::Vector3d start(random.real(1, 23), random.real(1, 23), random.real(-3, 3));
         const Eigen::Vector3d goal(random.real(1, 23), random.real(1, 23), random.real(-3, 3));
         task.start_map = yawed({start.x(), start.y(), z}, start.z());
         task.goal_map = yawed({goal.x(), goal.y(), z}, goal.z());
-        const PosePath path = findPosePath(map, task);
-        ++num_by_end[static_cast<std::size_t>(path.end)];
+        const auto path = find(map, task, policy);
+        const std::string end = endOf(path);
+        ++num_by_end[end];
         const bool is_start_free = naive.isFree(robot.sweep(start, start));
-        ASSERT_EQ(path.end == CorridorEnd::kStartBlocked, !is_start_free) << test::seedNote(r);
+        ASSERT_EQ(end == "start", !is_start_free) << test::seedNote(r);
         if (!is_start_free) continue;
         const bool is_goal_free = naive.isFree(robot.sweep(goal, goal));
-        ASSERT_EQ(path.end == CorridorEnd::kGoalBlocked, !is_goal_free);
+        ASSERT_EQ(end == "goal", !is_goal_free);
         if (!is_goal_free) continue;
-        const bool is_found = path.end == CorridorEnd::kFound;
+        const bool is_found = end == "found";
         const bool may_be = naive.isConnected(start, goal);
         const bool must_be = wide.isConnected(start, goal);
         ASSERT_LE(must_be, may_be);
@@ -321,16 +324,16 @@ TEST(PosePath, IsFoundIfAndOnlyIfThePlacesAndHeadingsAreConnected) {
         ASSERT_LE(must_be, is_found) << "robot " << r << ", map " << m << ", task " << i;
         num_between += must_be == may_be ? 0 : 1;
         if (!is_found) continue;
-        expectPath(map, task, path);
-        num_turned += path.T_map_body.size() > 3 ? 1 : 0;
+        expectPath(map, task, path, policy);
+        num_turned += path->T_map_body.size() > 3 ? 1 : 0;
       }
     }
   }
   std::cout << "ends:";
-  for (const int num : num_by_end) std::cout << ' ' << num;
+  for (const auto& [end, num] : num_by_end) std::cout << ' ' << end << ' ' << num;
   std::cout << ", within the tolerance: " << num_between << '\n';
-  EXPECT_GT(num_by_end[static_cast<std::size_t>(CorridorEnd::kFound)], 100);
-  EXPECT_GT(num_by_end[static_cast<std::size_t>(CorridorEnd::kNoWay)], 50);
+  EXPECT_GT(num_by_end["found"], 100);
+  EXPECT_GT(num_by_end["between"], 50);
   EXPECT_GT(num_turned, 50);
   EXPECT_LT(num_between, 40);
 }

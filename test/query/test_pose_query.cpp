@@ -123,8 +123,9 @@ double depthInObstacles(const CuboidMap& map, UnknownPolicy policy, const Body& 
   double depth = -1.0;
   test::visitCells(cellsAround(body, part, pose), [&](const Cell& cell) {
     const Occupancy occupancy = map.voxels().at(cell);
-    const bool is_in_the_way = occupancy == Occupancy::kOccupied ||
-                               (occupancy == Occupancy::kUnknown && policy == UnknownPolicy::kStop);
+    const bool is_in_the_way =
+        occupancy == Occupancy::kOccupied ||
+        (occupancy == Occupancy::kUnknown && policy == UnknownPolicy::kObstacle);
     if (is_in_the_way && depth < 1e-3) {
       depth = std::max(depth, depthOfPart(body, part, pose, cell));
     }
@@ -138,12 +139,14 @@ TEST(PoseQuery, FindsEveryVoxelThatABodyMeets) {
   int num_blocked = 0;
   for (int round = 0; round < 300; ++round) {
     const CuboidMap map = test::mapOfUpdates(random, 6, poseConfig());
-    const UnknownPolicy policy = random.chance(0.3) ? UnknownPolicy::kStop : UnknownPolicy::kPass;
+    const UnknownPolicy policy =
+        random.chance(0.3) ? UnknownPolicy::kObstacle : UnknownPolicy::kFree;
     const Body body = test::randomBody(random, kEdge_m);
     std::vector<Eigen::Isometry3d> poses;
     poses.reserve(5);
     for (int i = 0; i < 5; ++i) poses.push_back(test::randomTurnedPose(random, 2.5));
-    const std::vector<PoseQueryResult> results = checkPoses(map, body, poses, policy);
+    const std::vector<Answer<PoseContact>> results =
+        checkPoses(map, body, poses, policy, Budget::unlimited());
     ASSERT_EQ(results.size(), poses.size());
     for (std::size_t i = 0; i < poses.size(); ++i) {
       double depth = -1.0;
@@ -152,16 +155,16 @@ TEST(PoseQuery, FindsEveryVoxelThatABodyMeets) {
         depth = std::max(depth, depthInObstacles(map, policy, body, part, poses[i]));
       }
       if (std::abs(depth) < 1e-5) continue;  // It only touches.
-      EXPECT_EQ(results[i].isFree(), depth < 0.0)
+      EXPECT_EQ(results[i].isNotFound(), depth < 0.0)
           << "round " << round << ", pose " << i << ", depth " << depth;
       depth < 0.0 ? ++num_free : ++num_blocked;
-      EXPECT_EQ(results[i].contact.has_value(), !results[i].isFree());
-      if (!results[i].contact) continue;
-      const PoseContact& contact = *results[i].contact;
+      EXPECT_EQ(results[i].isFound(), !results[i].isNotFound());
+      if (!results[i].isFound()) continue;
+      const PoseContact& contact = *results[i];
       EXPECT_GT(depthOfPart(body, contact.part, poses[i], contact.voxel), 0.0);
       const Occupancy met = map.voxels().at(contact.voxel);
       EXPECT_TRUE(met == Occupancy::kOccupied ||
-                  (met == Occupancy::kUnknown && policy == UnknownPolicy::kStop));
+                  (met == Occupancy::kUnknown && policy == UnknownPolicy::kObstacle));
     }
   }
   EXPECT_GT(num_free, 200);
@@ -185,8 +188,9 @@ TEST(PoseQuery, AgreesWithABoxThatDoesNotTurn) {
       pose.rotate(Eigen::AngleAxisd(M_PI / 2, Eigen::Vector3d::UnitZ()));
       std::swap(body.boxes[0].size_m.x(), body.boxes[0].size_m.y());
     }
-    for (const UnknownPolicy policy : {UnknownPolicy::kStop, UnknownPolicy::kPass}) {
-      EXPECT_EQ(checkPoses(map, body, {pose}, policy)[0].isFree(), isFree(map, box, policy))
+    for (const UnknownPolicy policy : {UnknownPolicy::kObstacle, UnknownPolicy::kFree}) {
+      EXPECT_EQ(checkPoses(map, body, {pose}, policy, Budget::unlimited())[0].isNotFound(),
+                isFree(map, box, policy, Budget::unlimited()))
           << "round " << round;
     }
   }
@@ -208,13 +212,11 @@ TEST(PoseQuery, LetsALongBasePassOnlyWhenItTurns) {
   const CuboidMap room = makeRoom();
   const auto results =
       checkPoses(room, makeBase(), {yawed(0.125, 0.8, M_PI / 2), yawed(0.125, 0.8, 0.0)},
-                 UnknownPolicy::kStop);
-  EXPECT_EQ(results[0].answer, WayAnswer::kBlocked);
-  ASSERT_TRUE(results[0].contact);
-  EXPECT_EQ(results[0].contact->voxel.x, 0);
-  EXPECT_EQ(results[0].contact->part, 0U);
-  EXPECT_TRUE(results[1].isFree());
-  EXPECT_FALSE(results[1].contact);
+                 UnknownPolicy::kObstacle, Budget::unlimited());
+  ASSERT_TRUE(results[0].isFound());
+  EXPECT_EQ(results[0]->voxel.x, 0);
+  EXPECT_EQ(results[0]->part, 0U);
+  EXPECT_TRUE(results[1].isNotFound());
 }
 
 TEST(PoseQuery, SaysWhatIsWrongWithABodyOrAPose) {
@@ -224,8 +226,9 @@ TEST(PoseQuery, SaysWhatIsWrongWithABodyOrAPose) {
     body.spheres.push_back({Eigen::Vector3d::Zero(), 0.5});
     change(body);
     std::string text = findFault(body, room.grid());
-    EXPECT_EQ(checkPoses(room, body, {yawed(2, 2, 0)}, UnknownPolicy::kPass)[0].answer,
-              WayAnswer::kInvalid);
+    EXPECT_EQ(checkPoses(room, body, {yawed(2, 2, 0)}, UnknownPolicy::kFree, Budget::unlimited())[0]
+                  .status,
+              AnswerStatus::kInvalid);
     return text;
   };
   const auto expect_part = [](const std::string& text, const std::string& part) {
@@ -247,9 +250,9 @@ TEST(PoseQuery, SaysWhatIsWrongWithABodyOrAPose) {
   const auto results = checkPoses(
       room, makeBase(),
       {yawed(NAN, 0, 0), scaled, mirrored, yawed(1e12, 0, 0), yawed(0, 2, NAN), yawed(0, 2, 0)},
-      UnknownPolicy::kPass);
-  for (std::size_t i = 0; i < 5; ++i) EXPECT_EQ(results[i].answer, WayAnswer::kInvalid) << i;
-  EXPECT_TRUE(results[5].isFree()) << "the others do not matter to it";
+      UnknownPolicy::kFree, Budget::unlimited());
+  for (std::size_t i = 0; i < 5; ++i) EXPECT_EQ(results[i].status, AnswerStatus::kInvalid) << i;
+  EXPECT_TRUE(results[5].isNotFound()) << "the others do not matter to it";
 }
 
 TEST(PoseQuery, EndsWithItsBudget) {
@@ -258,9 +261,9 @@ TEST(PoseQuery, EndsWithItsBudget) {
   limits.max_bricks = 4;
   Budget budget(limits);
   const auto results = checkPoses(room, makeBase(), {yawed(0, 2, 0), yawed(2, -2, 0.3)},
-                                  UnknownPolicy::kPass, budget);
+                                  UnknownPolicy::kFree, budget);
   EXPECT_TRUE(budget.isSpent());
-  EXPECT_EQ(results[1].answer, WayAnswer::kBudgetSpent);
+  EXPECT_EQ(results[1].status, AnswerStatus::kBudgetSpent);
 }
 
 TEST(PoseQuery, LooksAtMoreBricksThanItKeeps) {
@@ -280,11 +283,11 @@ TEST(PoseQuery, LooksAtMoreBricksThanItKeeps) {
   }
   Body body;
   body.spheres.push_back({Eigen::Vector3d::Zero(), 0.3});
-  const auto results = checkPoses(map, body, poses, UnknownPolicy::kPass);
+  const auto results = checkPoses(map, body, poses, UnknownPolicy::kFree, Budget::unlimited());
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    const double depth = depthInObstacles(map, UnknownPolicy::kPass, body, 0, poses[i]);
+    const double depth = depthInObstacles(map, UnknownPolicy::kFree, body, 0, poses[i]);
     if (std::abs(depth) < 1e-5) continue;
-    EXPECT_EQ(results[i].isFree(), depth < 0.0) << i;
+    EXPECT_EQ(results[i].isNotFound(), depth < 0.0) << i;
   }
 }
 
@@ -294,7 +297,8 @@ TEST(PoseQuery, FindsEveryVoxelThatABallBesideAnotherMeets) {
   int num_blocked = 0;
   for (int round = 0; round < 150; ++round) {
     const CuboidMap map = test::mapOfUpdates(random, 6, poseConfig());
-    const UnknownPolicy policy = random.chance(0.3) ? UnknownPolicy::kStop : UnknownPolicy::kPass;
+    const UnknownPolicy policy =
+        random.chance(0.3) ? UnknownPolicy::kObstacle : UnknownPolicy::kFree;
     Body ball;
     const double radius = random.chance(0.1) ? random.real(12.0, 18.0) : random.real(0.2, 6.0);
     ball.spheres.push_back({Eigen::Vector3d::Zero(), radius * kEdge_m});
@@ -305,15 +309,16 @@ TEST(PoseQuery, FindsEveryVoxelThatABallBesideAnotherMeets) {
       if (i % 10 == 0) step = random.real(0.1, 2.0) * kEdge_m * test::randomDirection(random);
       poses.push_back(Eigen::Isometry3d(Eigen::Translation3d(place += step)));
     }
-    const std::vector<PoseQueryResult> results = checkPoses(map, ball, poses, policy);
+    const std::vector<Answer<PoseContact>> results =
+        checkPoses(map, ball, poses, policy, Budget::unlimited());
     for (std::size_t i = 0; i < poses.size(); ++i) {
       const double depth = depthInObstacles(map, policy, ball, 0, poses[i]);
       if (std::abs(depth) < 1e-5) continue;  // It only touches.
-      EXPECT_EQ(results[i].isFree(), depth < 0.0)
+      EXPECT_EQ(results[i].isNotFound(), depth < 0.0)
           << "round " << round << ", pose " << i << ", depth " << depth;
       depth < 0.0 ? ++num_free : ++num_blocked;
-      if (results[i].contact) {
-        EXPECT_GT(depthOfPart(ball, 0, poses[i], results[i].contact->voxel), 0.0);
+      if (results[i].isFound()) {
+        EXPECT_GT(depthOfPart(ball, 0, poses[i], results[i]->voxel), 0.0);
       }
     }
   }

@@ -32,15 +32,15 @@ CuboidMap corridor() {
 
 /// Casts a ray along the corridor. `sign` is the sign of the direction.
 RayQueryResult cast(double from_x_m, double sign, double max_range_m, UnknownPolicy policy) {
-  const auto result =
-      castRay(corridor(), {from_x_m, 0.25, 0.25}, {3.0 * sign, 0.0, 0.0}, max_range_m, policy);
-  if (result) return *result;
+  const auto result = castRay(corridor(), {from_x_m, 0.25, 0.25}, {3.0 * sign, 0.0, 0.0},
+                              max_range_m, policy, Budget::unlimited());
+  if (result.isFound()) return *result;
   ADD_FAILURE() << "no result";
   return {};
 }
 
 TEST(RayQuery, endsOnTheFaceOfAnOccupiedCuboid) {
-  for (const UnknownPolicy policy : {UnknownPolicy::kPass, UnknownPolicy::kStop}) {
+  for (const UnknownPolicy policy : {UnknownPolicy::kFree, UnknownPolicy::kObstacle}) {
     const RayQueryResult result = cast(0.25, 1.0, 10.0, policy);
     EXPECT_EQ(result.end, RayEnd::kOccupied);
     EXPECT_NEAR(result.distance_m, 1.75, 1e-12);
@@ -51,7 +51,7 @@ TEST(RayQuery, endsOnTheFaceOfAnOccupiedCuboid) {
 }
 
 TEST(RayQuery, endsAtOnceInAnOccupiedCuboid) {
-  for (const UnknownPolicy policy : {UnknownPolicy::kPass, UnknownPolicy::kStop}) {
+  for (const UnknownPolicy policy : {UnknownPolicy::kFree, UnknownPolicy::kObstacle}) {
     const RayQueryResult result = cast(2.25, 1.0, 10.0, policy);
     EXPECT_EQ(result.end, RayEnd::kOccupied);
     EXPECT_EQ(result.distance_m, 0.0);
@@ -61,43 +61,43 @@ TEST(RayQuery, endsAtOnceInAnOccupiedCuboid) {
 }
 
 TEST(RayQuery, endsAtItsMaxRangeWhenNothingIsInTheWay) {
-  for (const UnknownPolicy policy : {UnknownPolicy::kPass, UnknownPolicy::kStop}) {
+  for (const UnknownPolicy policy : {UnknownPolicy::kFree, UnknownPolicy::kObstacle}) {
     const RayQueryResult result = cast(0.25, 1.0, 1.5, policy);
     EXPECT_EQ(result.end, RayEnd::kMaxRange);
     EXPECT_NEAR(result.distance_m, 1.5, 1e-12);
     EXPECT_TRUE(result.point_map.isApprox(Eigen::Vector3d(1.75, 0.25, 0.25)));
     EXPECT_FALSE(result.voxel.has_value());
   }
-  EXPECT_EQ(cast(0.25, 1.0, 1.75, UnknownPolicy::kStop).end, RayEnd::kMaxRange)
+  EXPECT_EQ(cast(0.25, 1.0, 1.75, UnknownPolicy::kObstacle).end, RayEnd::kMaxRange)
       << "it only touches the occupied cuboid";
 }
 
 TEST(RayQuery, leavesTheMapIntoUnknownSpace) {
-  const RayQueryResult stopped = cast(1.25, -1.0, 10.0, UnknownPolicy::kStop);
+  const RayQueryResult stopped = cast(1.25, -1.0, 10.0, UnknownPolicy::kObstacle);
   EXPECT_EQ(stopped.end, RayEnd::kUnknown);
   EXPECT_NEAR(stopped.distance_m, 1.25, 1e-12);
   EXPECT_TRUE(stopped.point_map.isApprox(Eigen::Vector3d(0.0, 0.25, 0.25)));
   EXPECT_FALSE(stopped.voxel.has_value());
-  const RayQueryResult passed = cast(1.25, -1.0, 10.0, UnknownPolicy::kPass);
+  const RayQueryResult passed = cast(1.25, -1.0, 10.0, UnknownPolicy::kFree);
   EXPECT_EQ(passed.end, RayEnd::kMaxRange);
   EXPECT_NEAR(passed.distance_m, 10.0, 1e-12);
   EXPECT_NEAR(passed.unknown_length_m, 8.75, 1e-12);
 }
 
 TEST(RayQuery, startsInUnknownSpaceByPolicy) {
-  const RayQueryResult stopped = cast(-1.0, 1.0, 10.0, UnknownPolicy::kStop);
+  const RayQueryResult stopped = cast(-1.0, 1.0, 10.0, UnknownPolicy::kObstacle);
   EXPECT_EQ(stopped.end, RayEnd::kUnknown);
   EXPECT_EQ(stopped.distance_m, 0.0);
-  const RayQueryResult passed = cast(-1.0, 1.0, 10.0, UnknownPolicy::kPass);
+  const RayQueryResult passed = cast(-1.0, 1.0, 10.0, UnknownPolicy::kFree);
   EXPECT_EQ(passed.end, RayEnd::kOccupied);
   EXPECT_NEAR(passed.distance_m, 3.0, 1e-12);
   EXPECT_NEAR(passed.unknown_length_m, 1.0, 1e-12);
 }
 
 TEST(RayQuery, addsUpTheUnknownSpaceThatItPasses) {
-  const auto result =
-      castRay(corridor(), {2.75, 0.25, 0.25}, {1.0, 0.0, 0.0}, 10.0, UnknownPolicy::kPass);
-  ASSERT_TRUE(result.has_value());
+  const auto result = castRay(corridor(), {2.75, 0.25, 0.25}, {1.0, 0.0, 0.0}, 10.0,
+                              UnknownPolicy::kFree, Budget::unlimited());
+  ASSERT_TRUE(result.isFound());
   EXPECT_EQ(result->end, RayEnd::kOccupied);
   EXPECT_NEAR(result->unknown_length_m, 0.25, 1e-12);
   EXPECT_EQ(result->voxel, (Cell{6, 0, 0}));
@@ -105,23 +105,23 @@ TEST(RayQuery, addsUpTheUnknownSpaceThatItPasses) {
 
 TEST(RayQuery, doesNotHitWhatItOnlyTouches) {
   // Rays along the far face of the corridor, and through an edge of the occupied voxel.
-  const auto along =
-      castRay(corridor(), {0.25, 0.5, 0.25}, {1.0, 0.0, 0.0}, 10.0, UnknownPolicy::kPass);
-  ASSERT_TRUE(along.has_value());
+  const auto along = castRay(corridor(), {0.25, 0.5, 0.25}, {1.0, 0.0, 0.0}, 10.0,
+                             UnknownPolicy::kFree, Budget::unlimited());
+  ASSERT_TRUE(along.isFound());
   EXPECT_EQ(along->end, RayEnd::kMaxRange);
   EXPECT_NEAR(along->unknown_length_m, 10.0, 1e-12);
-  const auto edge =
-      castRay(corridor(), {1.75, 0.25, 0.25}, {1.0, 1.0, 0.0}, 10.0, UnknownPolicy::kPass);
-  ASSERT_TRUE(edge.has_value());
+  const auto edge = castRay(corridor(), {1.75, 0.25, 0.25}, {1.0, 1.0, 0.0}, 10.0,
+                            UnknownPolicy::kFree, Budget::unlimited());
+  ASSERT_TRUE(edge.isFound());
   EXPECT_NEAR(edge->distance_m, 10.0, 1e-12);
   EXPECT_EQ(edge->end, RayEnd::kMaxRange);
 }
 
 TEST(RayQuery, doesNotDependOnTheLengthOfTheDirection) {
   for (const double length : {1e-300, 1e-9, 1.0, 1e9, 1e300}) {
-    const auto result =
-        castRay(corridor(), {0.25, 0.25, 0.25}, {length, 0.0, 0.0}, 10.0, UnknownPolicy::kStop);
-    ASSERT_TRUE(result.has_value());
+    const auto result = castRay(corridor(), {0.25, 0.25, 0.25}, {length, 0.0, 0.0}, 10.0,
+                                UnknownPolicy::kObstacle, Budget::unlimited());
+    ASSERT_TRUE(result.isFound());
     EXPECT_EQ(result->end, RayEnd::kOccupied) << length;
     EXPECT_NEAR(result->distance_m, 1.75, 1e-12) << length;
   }
@@ -133,8 +133,10 @@ TEST(RayQuery, isNothingForWhatIsNoRay) {
   const Eigen::Vector3d direction(1.0, 0.0, 0.0);
   const auto is_nothing = [&map](const Eigen::Vector3d& origin, const Eigen::Vector3d& along,
                                  double max_range_m) {
-    return !castRay(map, origin, along, max_range_m, UnknownPolicy::kPass).has_value() &&
-           findFirstHit(map, origin, along, max_range_m).answer == WayAnswer::kInvalid;
+    return !castRay(map, origin, along, max_range_m, UnknownPolicy::kFree, Budget::unlimited())
+                .isFound() &&
+           findFirstHit(map, origin, along, max_range_m, Budget::unlimited()).status ==
+               AnswerStatus::kInvalid;
   };
   ASSERT_FALSE(is_nothing(point, direction, 10.0));
   EXPECT_TRUE(is_nothing(point, Eigen::Vector3d::Zero(), 10.0));
@@ -232,7 +234,7 @@ Expected stepThroughVoxels(const test::VoxelMap& voxels, const RaySearch& ray,
   const auto pass_unknown = [&](double until) {
     if (until - at <= 1e-9) return true;
     if (!expected.first_unknown) expected.first_unknown = at;
-    if (policy == UnknownPolicy::kStop) return false;
+    if (policy == UnknownPolicy::kObstacle) return false;
     expected.unknown_length += until - at;
     return true;
   };
@@ -258,8 +260,8 @@ Eigen::Vector3d randomOrigin(Random& random, const Eigen::Vector3d& center) {
 void checkRay(const ModelledMap& model, const Eigen::Vector3d& origin,
               const Eigen::Vector3d& direction, double range_m, UnknownPolicy policy,
               std::size_t* num_by_end) {
-  const auto result = castRay(model.map, origin, direction, range_m, policy);
-  ASSERT_TRUE(result.has_value());
+  const auto result = castRay(model.map, origin, direction, range_m, policy, Budget::unlimited());
+  ASSERT_TRUE(result.isFound());
   const RaySearch ray{model.map.grid().toCellUnits(origin), direction.normalized(), range_m / 0.1};
   const Expected expected = stepThroughVoxels(model.voxels, ray, policy);
   ASSERT_EQ(result->end, expected.end);
@@ -277,14 +279,14 @@ void checkRay(const ModelledMap& model, const Eigen::Vector3d& origin,
   }
   ++num_by_end[static_cast<std::size_t>(expected.end)];
 
-  const Expected passing = stepThroughVoxels(model.voxels, ray, UnknownPolicy::kPass);
-  const auto hit = findFirstHit(model.map, origin, direction, range_m);
+  const Expected passing = stepThroughVoxels(model.voxels, ray, UnknownPolicy::kFree);
+  const auto hit = findFirstHit(model.map, origin, direction, range_m, Budget::unlimited());
   const bool is_hit = passing.end == RayEnd::kOccupied;
-  ASSERT_EQ(hit.answer, is_hit ? WayAnswer::kBlocked : WayAnswer::kFree);
+  ASSERT_EQ(hit.status, is_hit ? AnswerStatus::kFound : AnswerStatus::kNotFound);
   if (!is_hit) return;
-  ASSERT_EQ(hit.voxel, passing.cell);
-  ASSERT_NEAR(hit.distance_m, 0.1 * passing.distance, 1e-7);
-  ASSERT_LT((hit.point_map - origin - hit.distance_m * direction.normalized()).norm(), 1e-8);
+  ASSERT_EQ(hit->voxel, passing.cell);
+  ASSERT_NEAR(hit->distance_m, 0.1 * passing.distance, 1e-7);
+  ASSERT_LT((hit->point_map - origin - hit->distance_m * direction.normalized()).norm(), 1e-8);
 }
 
 TEST(RayQuery, agreesWithSteppingThroughVoxels) {
@@ -304,7 +306,7 @@ TEST(RayQuery, agreesWithSteppingThroughVoxels) {
                                             ? Eigen::Vector3d(randomOrigin(random, center) - origin)
                                             : test::randomDirection(random);
       if (direction.norm() < 0.01) continue;
-      const UnknownPolicy policy = i % 2 == 0 ? UnknownPolicy::kPass : UnknownPolicy::kStop;
+      const UnknownPolicy policy = i % 2 == 0 ? UnknownPolicy::kFree : UnknownPolicy::kObstacle;
       checkRay(model, origin, direction, random.real(0.01, 3.0), policy, num_by_end);
       ASSERT_FALSE(HasFailure()) << "from " << origin.transpose() << " along "
                                  << direction.transpose() << test::seedNote(num_cases);

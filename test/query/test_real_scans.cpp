@@ -75,31 +75,32 @@ TEST(RealScans, haveACorridorIfAndOnlyIfThereIsAWayFromVoxelToVoxel) {
   const CellBox area = *scene->map.bounds();
   std::size_t num_found = 0;
   std::size_t num_none = 0;
-  for (const UnknownPolicy policy : {UnknownPolicy::kStop, UnknownPolicy::kPass}) {
+  for (const UnknownPolicy policy : {UnknownPolicy::kObstacle, UnknownPolicy::kFree}) {
     DenseObstacles obstacles = makeObstacles(scene->map, area, policy);
     for (const double robot_m : {0.2, 0.5, 0.8}) {
       CorridorTask task;
       task.size_m = Eigen::Vector3d::Constant(robot_m);
-      task.policy = policy;
       task.region = area;
       const Cell size = *grid.toSizeInCells(task.size_m);
       const ConnectedPlaces connected(obstacles, area, size);
       const auto random_pose = [&] {
         const Eigen::Vector3d pose = scene->poses_map[random.index(scene->poses_map.size())];
         const Eigen::Vector3d near = pose + 0.5 * test::randomPoint(random, 1.0);
-        return findNearestFit(scene->map, near, task.size_m, policy, 2.0).value_or(near);
+        return findNearestFit(scene->map, near, task.size_m, policy, 2.0, Budget::unlimited())
+            .valueOr({near, 0.0})
+            .center_map;
       };
       for (int i = 0; i < 40; ++i) {
         task.start_map = random_pose();
         task.goal_map = random_pose();
-        const Corridor corridor = findCorridor(scene->map, task);
-        if (corridor.end != CorridorEnd::kFound && corridor.end != CorridorEnd::kNoWay) continue;
+        const auto corridor = findCorridor(scene->map, task, policy, Budget::unlimited());
+        if (!corridor.isFound() && corridor.value.blocked != Blocked::kBetween) continue;
         const Cell start = grid.toCellBox(boxAround(task.start_map, task.size_m))->min;
         const Cell goal = grid.toCellBox(boxAround(task.goal_map, task.size_m))->min;
         const bool is_connected = connected.numberAt(start) == connected.numberAt(goal);
-        ASSERT_EQ(corridor.end == CorridorEnd::kFound, is_connected)
+        ASSERT_EQ(corridor.isFound(), is_connected)
             << robot_m << " m " << test::seedNote(static_cast<std::size_t>(i));
-        for (const CellBox& box : corridor.boxes) ASSERT_FALSE(obstacles.isAny(box)) << box;
+        for (const CellBox& box : corridor.value.boxes) ASSERT_FALSE(obstacles.isAny(box)) << box;
         ++(is_connected ? num_found : num_none);
       }
     }
@@ -116,7 +117,7 @@ TEST(RealScans, areAnsweredForAsALookAtEveryVoxelTells) {
   std::size_t num_blocked = 0;
   std::size_t num_placed = 0;
   constexpr std::size_t kCases = 5000;
-  for (const UnknownPolicy policy : {UnknownPolicy::kStop, UnknownPolicy::kPass}) {
+  for (const UnknownPolicy policy : {UnknownPolicy::kObstacle, UnknownPolicy::kFree}) {
     DenseObstacles obstacles = makeObstacles(scene->map, area, policy);
     const Grid& grid = scene->map.grid();
     for (std::size_t i = 0; i < kCases; ++i) {
@@ -127,13 +128,13 @@ TEST(RealScans, areAnsweredForAsALookAtEveryVoxelTells) {
       const Eigen::Vector3d size_m = Eigen::Vector3d::Constant(random.real(0.1, 2.0));
       const bool is_blocked = obstacles.isAny(
           *grid.toCellBox({from.cwiseMin(to) - 0.5 * size_m, from.cwiseMax(to) + 0.5 * size_m}));
-      const auto path = checkPath(scene->map, {from, to}, size_m, policy);
-      ASSERT_EQ(path.contact.has_value(), is_blocked) << test::seedNote(i);
+      const auto path = checkPath(scene->map, {from, to}, size_m, policy, Budget::unlimited());
+      ASSERT_EQ(path.isFound(), is_blocked) << test::seedNote(i);
       num_blocked += is_blocked ? 1 : 0;
       if (i % 10 != 0) continue;
-      const auto place = findNearestFit(scene->map, from, size_m, policy, 3.0);
-      if (!place) continue;
-      ASSERT_FALSE(obstacles.isAny(*grid.toCellBox(boxAround(*place, size_m))))
+      const auto place = findNearestFit(scene->map, from, size_m, policy, 3.0, Budget::unlimited());
+      if (!place.isFound()) continue;
+      ASSERT_FALSE(obstacles.isAny(*grid.toCellBox(boxAround(place->center_map, size_m))))
           << test::seedNote(i);
       ++num_placed;
     }

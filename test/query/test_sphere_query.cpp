@@ -36,7 +36,7 @@ double depthOf(const CuboidMap& map, UnknownPolicy policy, const Sphere& sphere)
   test::visitCells(*around, [&](const Cell& cell) {
     const Occupancy occupancy = map.voxels().at(cell);
     if (occupancy == Occupancy::kFree) return;
-    if (occupancy == Occupancy::kUnknown && policy == UnknownPolicy::kPass) return;
+    if (occupancy == Occupancy::kUnknown && policy == UnknownPolicy::kFree) return;
     const Eigen::Vector3d low = toVector(cell);
     const Eigen::Vector3d nearest = center.cwiseMax(low).cwiseMin((low.array() + 1.0).matrix());
     depth = std::max(depth, sphere.radius_m / kSphereEdge_m - (center - nearest).norm());
@@ -62,10 +62,12 @@ TEST(SphereQuery, AnswersInOtherThreadsThanTheOneThatMadeIt) {
   CuboidMap map(sphereConfig());
   map.apply(test::randomUpdate(random, {{-2, -2, -1}, {2, 2, 1}}, 16));
   const std::vector<Sphere> spheres = randomArm(random);
-  const auto expected = SphereChecker(map, UnknownPolicy::kPass).check(spheres);
+  const auto expected =
+      SphereChecker(map, UnknownPolicy::kFree, Budget::unlimited()).check(spheres);
   std::vector<SphereChecker> checkers;
   std::thread([&] {
-    for (int i = 0; i < 3; ++i) checkers.emplace_back(map, UnknownPolicy::kPass);
+    for (int i = 0; i < 3; ++i)
+      checkers.emplace_back(map, UnknownPolicy::kFree, Budget::unlimited());
   }).join();
   std::vector<std::thread> threads;
   for (SphereChecker& checker : checkers) {
@@ -80,17 +82,18 @@ TEST(SphereQuery, FindsEveryVoxelThatABallMeetsWhileTheMapChanges) {
   int num_blocked = 0;
   for (int round = 0; round < 40; ++round) {
     CuboidMap map(sphereConfig());
-    const UnknownPolicy policy = random.chance(0.3) ? UnknownPolicy::kStop : UnknownPolicy::kPass;
-    SphereChecker checker(map, policy);
+    const UnknownPolicy policy =
+        random.chance(0.3) ? UnknownPolicy::kObstacle : UnknownPolicy::kFree;
+    SphereChecker checker(map, policy, Budget::unlimited());
     for (int batch = 0; batch < 6; ++batch) {
       if (batch % 2 == 0) map.apply(test::randomUpdate(random, {{-2, -2, -1}, {2, 2, 1}}, 16));
       const std::vector<Sphere> spheres = randomArm(random);
-      const std::vector<WayAnswer> answers = checker.check(spheres);
+      const std::vector<AnswerStatus> answers = checker.check(spheres);
       ASSERT_EQ(answers.size(), spheres.size());
       for (std::size_t i = 0; i < spheres.size(); ++i) {
         const double depth = depthOf(map, policy, spheres[i]);
         if (std::abs(depth) < 1e-5) continue;  // It only touches.
-        EXPECT_EQ(answers[i], depth < 0.0 ? WayAnswer::kFree : WayAnswer::kBlocked)
+        EXPECT_EQ(answers[i], depth < 0.0 ? AnswerStatus::kNotFound : AnswerStatus::kFound)
             << "round " << round << ", batch " << batch << ", ball " << i << ", depth " << depth;
         depth < 0.0 ? ++num_free : ++num_blocked;
       }
@@ -108,16 +111,16 @@ TEST(SphereQuery, KnowsTheObstaclesOfSmallBallsAmongLargeOnes) {
     corners.push_back({{brick, brick + Cell{1, 1, 1}}, 1.0F});
   });
   map.replace({{-40, -40, -40}, {40, 40, 40}}, corners);
-  SphereChecker checker(map, UnknownPolicy::kPass);
+  SphereChecker checker(map, UnknownPolicy::kFree, Budget::unlimited());
   Random random(16);
   const Sphere small{{0.45, 0.45, 0.45}, 0.4};  // Meets voxel (0, 0, 0).
   for (int i = 0; i < 400; ++i) {
     const Sphere large{test::randomPoint(random, 6.0), 17.0 * kSphereEdge_m};
-    const std::vector<WayAnswer> answers = checker.check({small, large});
+    const std::vector<AnswerStatus> answers = checker.check({small, large});
     for (const auto& [sphere, answer] :
          {std::pair(small, answers[0]), std::pair(large, answers[1])}) {
-      const bool is_free = depthOf(map, UnknownPolicy::kPass, sphere) < 0.0;
-      ASSERT_EQ(answer, is_free ? WayAnswer::kFree : WayAnswer::kBlocked) << "round " << i;
+      const bool is_free = depthOf(map, UnknownPolicy::kFree, sphere) < 0.0;
+      ASSERT_EQ(answer, is_free ? AnswerStatus::kNotFound : AnswerStatus::kFound) << "round " << i;
     }
   }
 }
@@ -125,24 +128,24 @@ TEST(SphereQuery, KnowsTheObstaclesOfSmallBallsAmongLargeOnes) {
 TEST(SphereQuery, FollowsAnEditBesideABallThatWasFree) {
   CuboidMap map(sphereConfig());
   const std::vector<Sphere> spheres{{{1.0, 1.0, 1.0}, 0.5}, {{1.1, 1.0, 1.0}, 0.5}};
-  SphereChecker checker(map, UnknownPolicy::kPass);
-  EXPECT_EQ(checker.check(spheres), std::vector<WayAnswer>(2, WayAnswer::kFree));
+  SphereChecker checker(map, UnknownPolicy::kFree, Budget::unlimited());
+  EXPECT_EQ(checker.check(spheres), std::vector<AnswerStatus>(2, AnswerStatus::kNotFound));
   map.replace({{5, 3, 3}, {6, 5, 5}}, {{{{5, 3, 3}, {6, 5, 5}}, 1.0F}});
-  EXPECT_EQ(checker.check(spheres), std::vector<WayAnswer>(2, WayAnswer::kBlocked));
+  EXPECT_EQ(checker.check(spheres), std::vector<AnswerStatus>(2, AnswerStatus::kFound));
   map.replace({{5, 3, 3}, {6, 5, 5}}, std::vector<UniformBox>());
-  EXPECT_EQ(checker.check(spheres), std::vector<WayAnswer>(2, WayAnswer::kFree));
+  EXPECT_EQ(checker.check(spheres), std::vector<AnswerStatus>(2, AnswerStatus::kNotFound));
 }
 
 TEST(SphereQuery, SaysWhichBallsAreNone) {
   const CuboidMap map(sphereConfig());
-  SphereChecker checker(map, UnknownPolicy::kPass);
+  SphereChecker checker(map, UnknownPolicy::kFree, Budget::unlimited());
   const std::vector<Sphere> wrong{{{NAN, 0.0, 0.0}, 1.0},  {{0.0, 0.0, INFINITY}, 1.0},
                                   {{1e12, 0.0, 0.0}, 1.0}, {{0.0, 0.0, 0.0}, 0.0},
                                   {{0.0, 0.0, 0.0}, -1.0}, {{0.0, 0.0, 0.0}, NAN},
                                   {{0.0, 0.0, 0.0}, 2e3}};
-  EXPECT_EQ(checker.check(wrong), std::vector<WayAnswer>(wrong.size(), WayAnswer::kInvalid));
+  EXPECT_EQ(checker.check(wrong), std::vector<AnswerStatus>(wrong.size(), AnswerStatus::kInvalid));
   EXPECT_EQ(checker.check({wrong[0], {{0.0, 0.0, 0.0}, 1.0}}),
-            (std::vector<WayAnswer>{WayAnswer::kInvalid, WayAnswer::kFree}));
+            (std::vector<AnswerStatus>{AnswerStatus::kInvalid, AnswerStatus::kNotFound}));
 }
 
 TEST(SphereQuery, EndsWithItsBudget) {
@@ -150,11 +153,11 @@ TEST(SphereQuery, EndsWithItsBudget) {
   QueryLimits limits;
   limits.max_bricks = 10;
   Budget budget(limits);
-  SphereChecker checker(map, UnknownPolicy::kPass, budget);
-  const std::vector<WayAnswer> answers =
+  SphereChecker checker(map, UnknownPolicy::kFree, budget);
+  const std::vector<AnswerStatus> answers =
       checker.check({{{1.0, 1.0, 1.0}, 0.5}, {{9.0, 1.0, 1.0}, 3.0}, {{1.0, 1.0, 1.0}, 0.5}});
-  EXPECT_EQ(answers, (std::vector<WayAnswer>{WayAnswer::kFree, WayAnswer::kBudgetSpent,
-                                             WayAnswer::kBudgetSpent}));
+  EXPECT_EQ(answers, (std::vector<AnswerStatus>{AnswerStatus::kNotFound, AnswerStatus::kBudgetSpent,
+                                                AnswerStatus::kBudgetSpent}));
 }
 
 }  // namespace

@@ -18,8 +18,8 @@ TEST(ValueQuery, isNothingWhereNothingIsKnown) {
   CuboidMap map;
   map.replace(kAllCells, {UniformBox{{{0, 0, 0}, {2, 1, 1}}, -1.0F}});
   for (const CellBox& box : {CellBox{{2, 0, 0}, {9, 9, 9}}, CellBox{{0, 0, 0}, {0, 1, 1}}}) {
-    EXPECT_FALSE(meanProbability(map, box).has_value());
-    EXPECT_FALSE(maxLogOdds(map, box).has_value());
+    EXPECT_TRUE(meanProbability(map, box, Budget::unlimited()).isNotFound());
+    EXPECT_TRUE(maxLogOdds(map, box, Budget::unlimited()).isNotFound());
   }
 }
 
@@ -28,9 +28,11 @@ TEST(ValueQuery, saysOfACuboidWhatItsVoxelsSay) {
   map.replace(kAllCells, {UniformBox{{{0, 0, 0}, {3, 1, 1}}, toLogOdds(0.2)},
                           UniformBox{{{3, 0, 0}, {4, 1, 1}}, toLogOdds(0.4)}});
   ASSERT_EQ(countCuboids(map).total(), 1U) << "free all";
-  EXPECT_NEAR(meanProbability(map, {{0, 0, 0}, {4, 1, 1}}).value(), 0.25, 1e-6);
-  EXPECT_EQ(maxLogOdds(map, {{0, 0, 0}, {4, 1, 1}}), toLogOdds(0.4));
-  EXPECT_EQ(maxLogOdds(map, {{0, 0, 0}, {3, 1, 1}}), toLogOdds(0.2));
+  EXPECT_NEAR(meanProbability(map, {{0, 0, 0}, {4, 1, 1}}, Budget::unlimited()).value, 0.25, 1e-6);
+  EXPECT_EQ(maxLogOdds(map, {{0, 0, 0}, {4, 1, 1}}, Budget::unlimited()).valueOr(99.0F),
+            toLogOdds(0.4));
+  EXPECT_EQ(maxLogOdds(map, {{0, 0, 0}, {3, 1, 1}}, Budget::unlimited()).valueOr(99.0F),
+            toLogOdds(0.2));
 }
 
 TEST(ValueQuery, agreesWithALookAtEveryVoxel) {
@@ -53,12 +55,13 @@ TEST(ValueQuery, agreesWithALookAtEveryVoxel) {
         ++num_known;
       });
       std::map<float, int> values;
-      visitValues(model.map, box, [&](float log_odds, int count) { values[log_odds] += count; });
+      visitValues(model.map, box, Budget::unlimited(),
+                  [&](float log_odds, int count) { values[log_odds] += count; });
       ASSERT_EQ(values, expected) << box << test::seedNote(num_cases);
-      const auto mean = meanProbability(model.map, box);
-      const auto greatest = maxLogOdds(model.map, box);
-      ASSERT_EQ(mean.has_value(), num_known > 0);
-      ASSERT_EQ(greatest.has_value(), num_known > 0);
+      const auto mean = meanProbability(model.map, box, Budget::unlimited());
+      const auto greatest = maxLogOdds(model.map, box, Budget::unlimited());
+      ASSERT_EQ(mean.isFound(), num_known > 0);
+      ASSERT_EQ(greatest.isFound(), num_known > 0);
       num_unknown += num_known == 0 ? 1 : 0;
       if (num_known == 0) continue;
       ASSERT_NEAR(*mean, sum / num_known, 1e-9) << box << test::seedNote(num_cases);

@@ -160,7 +160,9 @@ inline std::vector<cuboid_mapping::Cuboid> shownCuboids(const cuboid_mapping::Cu
     chunks.insert({brick.brick.x & ~63, brick.brick.y & ~63, brick.brick.z & ~63});
   });
   for (const Cell& chunk : chunks) {
-    const auto joined = joinCuboids(map, {chunk, chunk + Cell{64, 64, 64}}, style.filter);
+    const auto joined = joinCuboids(map, {chunk, chunk + Cell{64, 64, 64}}, style.filter,
+                                    cuboid_mapping::Budget::unlimited())
+                            .value;
     cuboids.insert(cuboids.end(), joined.begin(), joined.end());
   }
   return cuboids;
@@ -177,9 +179,11 @@ inline std::vector<ShownCube> expectedCubes(const cuboid_mapping::CuboidMap& map
       const Eigen::Vector3d center_m = 0.5 * (metric.min_m + metric.max_m);
       std_msgs::ColorRGBA color = freeColor();
       if (style.filter == cuboid_mapping::CuboidFilter::kOccupied) {
+        const auto probability =
+            meanProbability(map, cuboid.box, cuboid_mapping::Budget::unlimited());
         color = style.color_by == ColorBy::kHeight
                     ? toHeightColor(center_m.z(), style.color_period_m)
-                    : toProbabilityColor(meanProbability(map, cuboid.box).value());
+                    : toProbabilityColor(*probability);
       }
       cubes.push_back(makeShownCube(center_m, metric.max_m - metric.min_m, color));
     }

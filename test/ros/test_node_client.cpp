@@ -81,7 +81,8 @@ class NodeClientTest : public NodeTest {
     client_->read([&](const CuboidMap& map) {
       double num_voxels = 0.0;
       for (const cuboid_mapping::MapCuboid& cuboid : server.cuboids) {
-        const auto there = queryBox(map, MetricBox{toVector(cuboid.min), toVector(cuboid.max)});
+        const auto there = queryBox(map, MetricBox{toVector(cuboid.min), toVector(cuboid.max)},
+                                    cuboid_mapping::Budget::unlimited());
         EXPECT_NEAR(there->unknown_volume_m3, 0.0, 1e-9);
         const bool is_free = cuboid.occupancy == cuboid_mapping::MapCuboid::FREE;
         EXPECT_NEAR(is_free ? there->occupied_volume_m3 : there->free_volume_m3, 0.0, 1e-9);

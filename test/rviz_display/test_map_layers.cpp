@@ -272,12 +272,11 @@ TEST_F(MapLayers, SayWhatIsWrongWithAProperty) {
 TEST_F(MapLayers, ShowTheClustersOfFrontiersWithPlacesToStand) {
   FrontierTask task;
   task.view_range_m = 0.0;
-  const Frontiers found = findFrontiers(map(), task);
-  ASSERT_EQ(found.frontiers.size(), 2U);
-  ASSERT_TRUE(found.frontiers[0].place_map && found.frontiers[1].place_map);
+  const auto found = findFrontiers(map(), task, cuboid_mapping::Budget::unlimited()).value;
+  ASSERT_EQ(found.size(), 2U);
+  ASSERT_TRUE(found[0].place_map && found[1].place_map);
   display().subProp("Frontier clusters")->setValue(true);
-  const std::size_t num_voxels =
-      found.frontiers[0].voxels.size() + found.frontiers[1].voxels.size();
+  const std::size_t num_voxels = found[0].voxels.size() + found[1].voxels.size();
   EXPECT_TRUE(becomes("Frontier clusters", StatusProperty::Ok,
                       QString("clusters: 2, voxels: %1, places to stand: 2").arg(num_voxels)));
   EXPECT_GT(countColored(), 1000U);

@@ -19,7 +19,7 @@ class DenseObstacles {
   /// @param class_of  (const Cell&) -> Occupancy.
   template <typename ClassT>
   DenseObstacles(ClassT class_of, const CellBox& area, UnknownPolicy policy)
-      : area_(area), blocks_unknown_(policy == UnknownPolicy::kStop) {
+      : area_(area), blocks_unknown_(policy == UnknownPolicy::kObstacle) {
     const Cell size = area.size() + Cell{1, 1, 1};
     sums_.resize(static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) *
                  static_cast<std::size_t>(size.z));

@@ -1,7 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Example:
+//     CoverTask task;
+//     task.max_boxes = 10;
+//     const auto cover = coverOccupied(map, task, Budget::unlimited());
+//     if (cover.isNotFound()) std::cout << cover.value.boxes.size() << " boxes are needed\n";
+//     if (cover.isFound()) std::cout << cover->added_volume_m3 << " m3 more than the obstacles\n";
 #pragma once
 
 #include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/query/answer.h"
 #include "cuboid_mapping/query/budget.h"
 
 #include <cstddef>
@@ -16,22 +23,9 @@ struct CoverTask {
   std::vector<CellBox> keep_free;  ///< No box of the answer shares a voxel with one of these.
 };
 
-/// Outcome of coverOccupied() and findFreeBoxes().
-enum class BoxesEnd : unsigned char {
-  kInvalid,  ///< max_boxes is 0, or the region is empty.
-  kFound,    ///< The search has an answer.
-  /// coverOccupied() needs more than max_boxes: CoverTask::keep_free lies between the voxels, or a box around
-  /// them has more than 2^22 bricks.
-  kTooFewBoxes,
-  kBudgetSpent,  ///< The budget was spent before there was an answer.
-};
-
-/// Answer of coverOccupied().
+/// Cover of coverOccupied().
 struct BoxCover {
-  BoxesEnd end = BoxesEnd::kInvalid;  ///< Outcome of the search.
-  /// Boxes, largest first; they may overlap. With kTooFewBoxes: more than max_boxes, as few as the search has
-  /// found. With kInvalid and kBudgetSpent: none.
-  std::vector<CellBox> boxes;
+  std::vector<CellBox> boxes;       ///< Largest first; they may overlap.
   double occupied_volume_m3 = 0.0;  ///< Volume of the occupied voxels in the boxes.
   double added_volume_m3 = 0.0;     ///< Volume of all other voxels in the boxes, each counted once.
   double left_out_volume_m3 = 0.0;  ///< Volume of occupied voxels of the region inside keep_free.
@@ -45,12 +39,14 @@ struct BoxCover {
 /// volume. The volume need not be the least possible: that problem is NP-hard. Deterministic.
 ///
 /// Cases:
-///   - nothing is occupied: kFound without boxes;
-///   - max_boxes suffice for the joined cuboids: these, without added volume.
+///   - nothing is occupied: a cover without boxes;
+///   - max_boxes suffice for the joined cuboids: these, without added volume;
+///   - more than max_boxes are needed, because CoverTask::keep_free lies between the voxels, or because a box
+///     around them has more than 2^22 bricks: kNotFound, with as few boxes as the search has found;
+///   - max_boxes is 0, or the region is empty: kInvalid.
 ///
 /// @param budget  Entries are boxes.
 /// @complexity About O(n log n) box unions for n joined cuboids, each O(bricks of the union).
-[[nodiscard]] BoxCover coverOccupied(const CuboidMap& map, const CoverTask& task,
-                                     Budget& budget = Budget::unlimited());
+Answer<BoxCover> coverOccupied(const CuboidMap& map, const CoverTask& task, Budget& budget);
 
 }  // namespace cuboid_mapping

@@ -1,4 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Example:
+//     FreeBoxesTask task;
+//     task.max_boxes = 3;
+//     task.may_overlap = true;
+//     const auto free = findFreeBoxes(map, task, Budget::unlimited());
+//     for (const CellBox& box : free.value.boxes) std::cout << box << '\n';
 #pragma once
 
 #include "cuboid_mapping/boxes/box_cover.h"
@@ -15,10 +21,9 @@ struct FreeBoxesTask {
   bool may_overlap = false;    ///< Whether two boxes may share voxels.
 };
 
-/// Answer of findFreeBoxes().
+/// Boxes of findFreeBoxes().
 struct FreeBoxes {
-  BoxesEnd end = BoxesEnd::kInvalid;  ///< Outcome of the search.
-  std::vector<CellBox> boxes;      ///< Boxes of kFound, in the order in which the search took them.
+  std::vector<CellBox> boxes;      ///< In the order in which the search took them.
   double covered_volume_m3 = 0.0;  ///< Volume of the boxes, each voxel counted once.
   double missing_volume_m3 = 0.0;  ///< Volume of the free voxels of the region in no box.
 };
@@ -31,12 +36,12 @@ struct FreeBoxes {
 /// Fisher, 1978). Deterministic.
 ///
 /// Cases:
-///   - nothing is free: kFound without boxes;
-///   - fewer boxes hold all free voxels: these.
+///   - nothing is free: kNotFound;
+///   - fewer boxes hold all free voxels: these;
+///   - max_boxes is 0, or the region is empty: kInvalid.
 ///
 /// @param budget  Entries are boxes.
 /// @complexity O((1000 + n) g) for n boxes and g bricks on the faces of a growing box.
-[[nodiscard]] FreeBoxes findFreeBoxes(const CuboidMap& map, const FreeBoxesTask& task,
-                                      Budget& budget = Budget::unlimited());
+Answer<FreeBoxes> findFreeBoxes(const CuboidMap& map, const FreeBoxesTask& task, Budget& budget);
 
 }  // namespace cuboid_mapping

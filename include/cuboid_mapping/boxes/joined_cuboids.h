@@ -1,7 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Example:
+//     const auto occupied = CuboidFilter::kOccupied;
+//     const auto walls = joinCuboids(map, kAllCells, occupied, Budget::unlimited());
+//     for (const Cuboid& wall : walls.value) std::cout << wall.box << '\n';
 #pragma once
 
 #include "cuboid_mapping/map/cuboid_search.h"
+#include "cuboid_mapping/query/answer.h"
 #include "cuboid_mapping/query/budget.h"
 
 #include <vector>
@@ -15,16 +20,14 @@ namespace cuboid_mapping {
 /// depend on the classes of these voxels alone, not on the order of clouds or the fusion of the map.
 ///
 /// Cases:
-///   - an empty region, or nothing known in it: none;
+///   - an empty region, or nothing known in it: kNotFound;
 ///   - kAllCells: the whole map;
-///   - the budget is spent: cuboids are missing.
+///   - kBudgetSpent: with some of them.
 ///
 /// @param classes  Classes to join, each by itself.
 /// @complexity O(bricks of the region, or all known bricks if these are fewer; and cuboids), about
 /// 0.2 us a cuboid.
-[[nodiscard]] std::vector<Cuboid> joinCuboids(const CuboidMap& map,
-                                              const CellBox& region = kAllCells,
-                                              CuboidFilter classes = CuboidFilter::kAll,
-                                              Budget& budget = Budget::unlimited());
+Answer<std::vector<Cuboid>> joinCuboids(const CuboidMap& map, const CellBox& region,
+                                        CuboidFilter classes, Budget& budget);
 
 }  // namespace cuboid_mapping

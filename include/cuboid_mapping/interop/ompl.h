@@ -11,14 +11,18 @@
 #include <ompl/base/spaces/RealVectorStateSpace.h>
 
 #include <utility>
+#include <vector>
 
 namespace cuboid_mapping {
 
 /// A robot that is a box and does not turn, in a map.
 struct OmplRobot {
-  const CuboidMap& map;  ///< Must outlive the planner, and not change while it plans.
-  Eigen::Vector3d size_m = Eigen::Vector3d::Zero();  ///< Edges, > 0.
-  UnknownPolicy policy = UnknownPolicy::kStop;       ///< Meaning of unknown space.
+  const CuboidMap& map;    ///< Must outlive the planner, and not change while it plans.
+  Eigen::Vector3d size_m;  ///< Edges, > 0.
+  UnknownPolicy policy;    ///< Meaning of unknown space.
+
+  OmplRobot(const CuboidMap& in_map, const Eigen::Vector3d& edges_m, UnknownPolicy unknown)
+      : map(in_map), size_m(edges_m), policy(unknown) {}
 
   /// Centre of the robot. @param state  State of a three-dimensional ompl::base::RealVectorStateSpace: x, y, z,
   /// metres.
@@ -28,7 +32,7 @@ struct OmplRobot {
   }
   /// Whether the robot fits at a place. @param center_map  Centre of its box.
   [[nodiscard]] bool isFreeAt(const Eigen::Vector3d& center_map) const {
-    return isFree(map, boxAround(center_map, size_m), policy);
+    return isFree(map, boxAround(center_map, size_m), policy, Budget::unlimited());
   }
 };
 
@@ -65,16 +69,19 @@ class OmplMotionValidity : public ompl::base::MotionValidator {
     for (const double part : {1.0, 0.5}) {
       if (!robot_.isFreeAt(start + part * motion)) return count(false);
     }
-    return count(isPathFree(robot_.map, {start, start + motion}, robot_.size_m, robot_.policy));
+    return count(isPathFree(robot_.map, {start, start + motion}, robot_.size_m, robot_.policy,
+                            Budget::unlimited()));
   }
   /// As above. @param last_valid  Unless null, gets the last place before the obstacle of a blocked motion, and
   /// its fraction of the motion, 0 to 1.
   [[nodiscard]] bool checkMotion(const ompl::base::State* from, const ompl::base::State* to,
                                  std::pair<ompl::base::State*, double>& last_valid) const override {
-    const PathQueryResult swept = sweep(from, to);
-    if (swept.isFree()) return count(true);
-    const bool is_part = swept.contact && swept.length_m > 0.0;
-    last_valid.second = is_part ? swept.contact->distance_m / swept.length_m : 0.0;
+    const std::vector<Eigen::Vector3d> way{OmplRobot::centerOf(from), OmplRobot::centerOf(to)};
+    const auto contact =
+        checkPath(robot_.map, way, robot_.size_m, robot_.policy, Budget::unlimited());
+    if (contact.isNotFound()) return count(true);
+    const double length_m = lengthOf(way);
+    last_valid.second = length_m > 0.0 ? contact.value.distance_m / length_m : 0.0;
     if (last_valid.first != nullptr) {
       si_->getStateSpace()->interpolate(from, to, last_valid.second, last_valid.first);
     }
@@ -82,11 +89,6 @@ class OmplMotionValidity : public ompl::base::MotionValidator {
   }
 
  private:
-  [[nodiscard]] PathQueryResult sweep(const ompl::base::State* from,
-                                      const ompl::base::State* to) const {
-    return checkPath(robot_.map, {OmplRobot::centerOf(from), OmplRobot::centerOf(to)},
-                     robot_.size_m, robot_.policy);
-  }
   /// Counts the result for OMPL's statistics.
   bool count(bool is_valid) const {
     ++(is_valid ? valid_ : invalid_);

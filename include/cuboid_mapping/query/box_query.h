@@ -1,11 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Example:
+//     Budget budget(QueryLimits{0.01});
+//     const auto box = queryBox(map, {{0.5, 0.5, 0.2}, {1.5, 1.5, 0.8}}, budget);  // Metres.
+//     if (box.isFound() && box->occupancy() == Occupancy::kFree) std::cout << "room to turn\n";
+//     const auto cells = queryCells(map, {{5, 5, 2}, {15, 15, 8}}, budget);  // Voxels.
+//     std::cout << cells.value.free_volume_m3 << " m3 are free\n";
 #pragma once
 
 #include "cuboid_mapping/map/cuboid_search.h"
+#include "cuboid_mapping/query/answer.h"
 #include "cuboid_mapping/query/budget.h"
 #include "cuboid_mapping/query/unknown_policy.h"
 
-#include <optional>
 #include <vector>
 
 namespace cuboid_mapping {
@@ -35,31 +41,29 @@ struct BoxQueryResult {
 ///   - every voxel that the box overlaps counts as a whole: the answer is conservative, and the volumes add up
 ///     to that of `BoxQueryResult::box`;
 ///   - space outside the map is unknown;
-///   - inverted, flat (max <= min), NaN, or out of the grid's range: nothing;
-///   - the budget is spent: all voxels count as unknown, or cuboids are missing.
+///   - inverted, flat (max <= min), NaN, or out of the grid's range: kInvalid;
+///   - kBudgetSpent: all voxels of the value count as unknown, or cuboids are missing.
 ///
 /// @param budget  Entries are cuboids.
 /// @complexity O(bricks of the box, or all known bricks if these are fewer); with cuboids as
 /// visitBox(), too.
-[[nodiscard]] std::optional<BoxQueryResult> queryBox(const CuboidMap& map, const MetricBox& box_map,
-                                                     CuboidOutput output = CuboidOutput::kNone,
-                                                     CuboidFilter filter = CuboidFilter::kAll,
-                                                     Budget& budget = Budget::unlimited());
-
-/// As above for a box of voxels; an empty one has no volume.
 /// @param filter  Selects the returned cuboids; the volumes count all voxels.
-[[nodiscard]] BoxQueryResult queryBox(const CuboidMap& map, const CellBox& box,
-                                      CuboidOutput output = CuboidOutput::kNone,
-                                      CuboidFilter filter = CuboidFilter::kAll,
-                                      Budget& budget = Budget::unlimited());
+Answer<BoxQueryResult> queryBox(const CuboidMap& map, const MetricBox& box_map, Budget& budget,
+                                CuboidOutput output = CuboidOutput::kNone,
+                                CuboidFilter filter = CuboidFilter::kAll);
+
+/// As queryBox(), for a box of voxels; an empty one has no volume.
+Answer<BoxQueryResult> queryCells(const CuboidMap& map, const CellBox& box, Budget& budget,
+                                  CuboidOutput output = CuboidOutput::kNone,
+                                  CuboidFilter filter = CuboidFilter::kAll);
 
 /// Whether a box in metres, map frame, has no obstacle: every voxel that it overlaps is free, or unknown if the
-/// policy is kPass. Stops at the first obstacle.
+/// policy is kFree. Stops at the first obstacle.
 ///
 /// Also false if there is no answer: queryBox() refuses the box, or the budget is spent.
 /// @complexity O(bricks of the box).
 [[nodiscard]] bool isFree(const CuboidMap& map, const MetricBox& box_map, UnknownPolicy policy,
-                          Budget& budget = Budget::unlimited());
+                          Budget& budget);
 
 /// Whether any voxel of the box is occupied; stops at the first.
 /// @complexity O(bricks of the box) for up to 64 * 512 voxels, else as visitBox() for occupied cuboids.

@@ -1,4 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Example:
+//     Budget budget(QueryLimits{0.01});  // All queries that it is given to end after 10 ms.
+//     const Eigen::Vector3d size_m(0.4, 0.4, 0.4);
+//     const auto stop = UnknownPolicy::kObstacle;
+//     const bool is_free = isPathFree(map, {{0.5, 1, 0.5}, {1.5, 1, 0.5}}, size_m, stop, budget);
+//     if (!is_free && budget.isSpent()) std::cout << "not known after 10 ms\n";
 #pragma once
 
 #include <atomic>

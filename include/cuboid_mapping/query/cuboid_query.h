@@ -1,7 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Example:
+//     CuboidSelection selection;
+//     selection.filter = CuboidFilter::kOccupied;
+//     const auto walls = selectCuboids(map, kAllCells, selection, Budget::unlimited());
+//     for (const Cuboid& wall : walls.value) std::cout << wall.box << '\n';
+//     const auto graph = buildFreeGraph(map, kAllCells, {5, 5, 5}, Budget::unlimited());
 #pragma once
 
 #include "cuboid_mapping/map/cuboid_search.h"
+#include "cuboid_mapping/query/answer.h"
 #include "cuboid_mapping/query/budget.h"
 
 #include <cstddef>
@@ -15,21 +22,15 @@ struct CuboidSelection {
   CuboidFilter filter = CuboidFilter::kAll;  ///< Class of the cuboids.
   std::int32_t min_edge = 1;                 ///< Voxels: cuboids with a shorter edge are left out.
   bool is_clipped = false;  ///< Cut at the faces of the region; min_edge counts before.
-  /// Maximum number; with more, the answer is truncated.
+  /// Maximum number; with more, the answer is kBudgetSpent.
   std::size_t max_cuboids = std::numeric_limits<std::size_t>::max();
 };
 
-/// Answer of selectCuboids().
-struct SelectedCuboids {
-  std::vector<Cuboid> cuboids;  ///< Cuboids in cells, in any order.
-  bool is_truncated = false;    ///< There are more than max_cuboids, or the budget is spent.
-};
-
-/// The cuboids that share a voxel with a region, in no particular order; none for an empty one.
+/// The cuboids that share a voxel with a region, in cells, in any order; none for an empty one. kBudgetSpent has
+/// some of them.
 /// @param budget  Entries are cuboids. @complexity As visitBox().
-[[nodiscard]] SelectedCuboids selectCuboids(const CuboidMap& map, const CellBox& region,
-                                            const CuboidSelection& selection = {},
-                                            Budget& budget = Budget::unlimited());
+Answer<std::vector<Cuboid>> selectCuboids(const CuboidMap& map, const CellBox& region,
+                                          const CuboidSelection& selection, Budget& budget);
 
 /// The free cuboids of a region, and the faces through which one leads to another.
 struct FreeGraph {
@@ -41,8 +42,6 @@ struct FreeGraph {
   };
   std::vector<Cuboid> cuboids;  ///< Clipped to the region.
   std::vector<Portal> portals;  ///< One for each pair of cuboids that share a face.
-  /// There are more than max_cuboids, and portals connect the returned ones only; or the budget is spent.
-  bool is_truncated = false;
 };
 
 /// Free cuboids as nodes, shared faces as portals.
@@ -51,10 +50,11 @@ struct FreeGraph {
 ///                 it; {0, 0, 0} for all shared faces. The box need not fit into the cuboids. Passages through
 ///                 several adjacent faces are not listed: findCorridor() finds them.
 /// @param budget  Entries are cuboids and portals.
+/// @param max_cuboids  If there are more: kBudgetSpent, with portals between the returned ones.
+/// @return  kBudgetSpent with some cuboids and portals.
 /// @complexity O(k log n + p) for k cuboids and p portals.
-[[nodiscard]] FreeGraph buildFreeGraph(
-    const CuboidMap& map, const CellBox& region, const Cell& passage,
-    std::size_t max_cuboids = std::numeric_limits<std::size_t>::max(),
-    Budget& budget = Budget::unlimited());
+Answer<FreeGraph> buildFreeGraph(const CuboidMap& map, const CellBox& region, const Cell& passage,
+                                 Budget& budget,
+                                 std::size_t max_cuboids = std::numeric_limits<std::size_t>::max());
 
 }  // namespace cuboid_mapping

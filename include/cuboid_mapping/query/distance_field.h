@@ -1,4 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Example:
+//     DistanceField field(map, {{0, 0, 0}, {40, 20, 10}}, 2.0, UnknownPolicy::kFree);
+//     std::cout << field.distanceAt({1.05, 0.5, 0.5}).value() << " m to the nearest obstacle\n";
+//     const CellBox pillar{{5, 5, 0}, {6, 6, 10}};
+//     field.update(map, map.replace(pillar, {{pillar, 1.0F}}));
+//     std::cout << field.distanceAt({1.05, 0.5, 0.5}).value() << " m after a change\n";
 #pragma once
 
 #include "cuboid_mapping/map/cuboid_map.h"
@@ -26,10 +32,9 @@ class DistanceField {
 
   /// @param region  Not empty; with its surroundings up to the bound at most kMaxVoxels.
   /// @param bound_m  > 0, at most kMaxBound voxels: farther obstacles are ignored.
-  /// @param policy  kStop: unknown voxels are obstacles, too.
+  /// @param policy  kObstacle: unknown voxels are obstacles, too.
   /// @throws std::invalid_argument  with the value to change.
-  DistanceField(const CuboidMap& map, const CellBox& region, double bound_m,
-                UnknownPolicy policy = UnknownPolicy::kPass);
+  DistanceField(const CuboidMap& map, const CellBox& region, double bound_m, UnknownPolicy policy);
 
   /// Follows a change of the map; no change may be missed. @complexity O(r + b v) for r rows of the region and
   /// its surroundings, a bound of b voxels, and v voxels with a changed obstacle within the bound in y and z.

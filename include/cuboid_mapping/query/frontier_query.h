@@ -1,7 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Example:
+//     FrontierTask task;
+//     task.size_m = {0.4, 0.4, 0.4};
+//     const auto frontiers = findFrontiers(map, task, Budget::unlimited());
+//     for (const Frontier& frontier : frontiers.value) {
+//       std::cout << frontier.voxels.size() << " voxels\n";
+//     }
 #pragma once
 
 #include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/query/answer.h"
 #include "cuboid_mapping/query/budget.h"
 
 #include <cstddef>
@@ -37,21 +45,19 @@ struct Frontier {
   double unknown_volume_m3 = 0.0;
 };
 
-/// Answer of findFrontiers().
-struct Frontiers {
-  bool is_valid = false;            ///< Else the region is empty, or a number is outside its range.
-  std::vector<Frontier> frontiers;  ///< The largest first.
-  /// The budget is spent: the last ones are missing or lack places and views, or all are missing.
-  bool is_truncated = false;
-};
-
 /// Frontiers: the free voxels that share a face with an unknown one, in clusters, each with a
-/// place to stand and the view from there (B. Yamauchi, 1997).
+/// place to stand and the view from there (B. Yamauchi, 1997). The largest first.
+///
+/// Cases:
+///   - the region is empty, or a number is outside its range: kInvalid;
+///   - kBudgetSpent: the last ones are missing or lack places and views, or all are missing;
+///   - others change the map meanwhile (MapUnlock): the clusters are of one revision, places and views may be of
+///     later ones.
 ///
 /// @param budget  Entries are frontiers.
 /// @complexity O(bricks of the region, or all known bricks if these are fewer; frontier voxels); for each
 /// frontier a findNearestFit(), and a ray to each unknown voxel in the range.
-[[nodiscard]] Frontiers findFrontiers(const CuboidMap& map, const FrontierTask& task = {},
-                                      Budget& budget = Budget::unlimited());
+Answer<std::vector<Frontier>> findFrontiers(const CuboidMap& map, const FrontierTask& task,
+                                            Budget& budget);
 
 }  // namespace cuboid_mapping

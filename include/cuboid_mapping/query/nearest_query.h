@@ -1,7 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Example:
+//     const Eigen::Vector3d point_map(1.0, 0.5, 0.5);
+//     const auto occupied = CuboidFilter::kOccupied;
+//     const auto nearest = findNearest(map, point_map, 3, occupied, Budget::unlimited());
+//     for (const NearestCuboid& near : nearest.value) std::cout << near.distance_m << " m\n";
 #pragma once
 
 #include "cuboid_mapping/map/cuboid_search.h"
+#include "cuboid_mapping/query/answer.h"
 #include "cuboid_mapping/query/budget.h"
 
 #include <limits>
@@ -20,15 +26,14 @@ struct NearestCuboid {
 /// The k cuboids nearest to a point (metres, map frame) that pass a filter, nearest first.
 ///
 /// Cases:
-///   - fewer than k within max_distance_m: these; perhaps none;
+///   - fewer than k within max_distance_m: these; kNotFound without any;
 ///   - the point need not be in the map; equal distances come in no particular order;
-///   - point not finite, k == 0, max_distance_m negative or NaN: none;
-///   - the budget is spent: the cuboids found so far, which are the nearest.
+///   - point not finite, k == 0, max_distance_m negative or NaN: kInvalid;
+///   - kBudgetSpent: with the cuboids found so far, which are the nearest.
 ///
 /// @param budget  Entries are cuboids. @complexity As visitNearest().
-[[nodiscard]] std::vector<NearestCuboid> findNearest(
+Answer<std::vector<NearestCuboid>> findNearest(
     const CuboidMap& map, const Eigen::Vector3d& point_map, std::size_t k, CuboidFilter filter,
-    double max_distance_m = std::numeric_limits<double>::infinity(),
-    Budget& budget = Budget::unlimited());
+    Budget& budget, double max_distance_m = std::numeric_limits<double>::infinity());
 
 }  // namespace cuboid_mapping

@@ -1,4 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Example:
+//     const std::optional<Cuboid> cuboid = findCuboid(map, {1, 2, 3});  // Metres.
+//     const std::optional<Cuboid> of_cell = findCuboidOfCell(map, {1, 2, 3});
+//     if (!cuboid) std::cout << "unknown\n";
+//     if (of_cell) std::cout << "free from " << of_cell->box << '\n';
 #pragma once
 
 #include "cuboid_mapping/map/cuboid_map.h"
@@ -18,7 +23,7 @@ namespace cuboid_mapping {
                                                const Eigen::Vector3d& point_map);
 
 /// The cuboid that holds a voxel; nothing when it is unknown.
-[[nodiscard]] std::optional<Cuboid> findCuboid(const CuboidMap& map, const Cell& cell);
+[[nodiscard]] std::optional<Cuboid> findCuboidOfCell(const CuboidMap& map, const Cell& cell);
 
 /// Class of the voxel that holds a point; kUnknown where findCuboid() gives nothing.
 /// @complexity O(1) on average.

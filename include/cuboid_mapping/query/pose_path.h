@@ -1,4 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Example:
+//     PosePathTask task;
+//     task.body.boxes.push_back({Eigen::Isometry3d::Identity(), {0.6, 0.4, 0.3}});
+//     task.start_map = Eigen::Translation3d(0.5, 0.5, 0.5);
+//     task.goal_map = Eigen::Translation3d(3.5, 0.5, 0.5);
+//     const auto path = findPosePath(map, task, UnknownPolicy::kObstacle, Budget::unlimited());
+//     if (path.isFound()) std::cout << path->T_map_body.size() << " poses\n";
 #pragma once
 
 #include "cuboid_mapping/query/corridor_query.h"
@@ -11,7 +18,6 @@ struct PosePathTask {
   Body body;  ///< The robot; it turns about its origin.
   Eigen::Isometry3d start_map = Eigen::Isometry3d::Identity();  ///< Pose of the body, upright.
   Eigen::Isometry3d goal_map = Eigen::Isometry3d::Identity();   ///< Pose of the body, upright.
-  UnknownPolicy policy = UnknownPolicy::kStop;  ///< Whether unknown space is in the way.
   bool may_climb = false;  ///< Whether it may move along z; else it stays at the start's height.
   /// Voxels that the body may not leave; nothing: the bounds of map, start and goal, with room to go around
   /// them.
@@ -21,13 +27,13 @@ struct PosePathTask {
 /// Reason why findPosePath() cannot answer, and the cure; empty if it can.
 [[nodiscard]] std::string findFault(const PosePathTask& task, const Grid& grid);
 
-/// Answer of findPosePath().
+/// Path of findPosePath().
 struct PosePath {
-  CorridorEnd end = CorridorEnd::kInvalid;  ///< Path and length are there for kFound only.
   /// Poses from start to goal. checkMotion() has found each motion between two of them free.
   std::vector<Eigen::Isometry3d> T_map_body;
   double length_m = 0.0;      ///< Length of the path of the body's origin.
-  std::size_t num_poses = 0;  ///< Number of poses at which the search has checked the map.
+  std::size_t num_poses = 0;  ///< Number of poses at which the last search has checked the map.
+  Blocked blocked = Blocked::kBetween;  ///< Where, with kNotFound.
 };
 
 /// Finds a way for a body that moves in any direction, and turns about z.
@@ -42,14 +48,18 @@ struct PosePath {
 /// The search is complete on this lattice only: it may miss ways through gaps less than a voxel wider than the
 /// body, and ways that need other headings. The path need not be the shortest.
 ///
-/// If others change the map during the search (MapTurns), the path is checked again; if it is blocked, the
-/// search starts again.
+/// If others change the map during the search (MapUnlock), the path is checked again; if it is blocked,
+/// the search starts again.
 ///
-/// @param budget  Spent during the search: kBudgetSpent. Spent while steps are joined: kFound, with more poses.
-///                Entries are poses of the path: with more of them than entries, kBudgetSpent.
+/// Cases:
+///   - a fault, see findFault(): kInvalid;
+///   - kNotFound: only PosePath::blocked and num_poses are set;
+///   - the budget is spent during the search: kBudgetSpent; while steps are joined: kFound, with more poses.
+///
+/// @param budget  Entries are poses of the path: with more of them than entries, kBudgetSpent.
 /// @complexity O(k log k) for k places and headings that A* reaches. A step costs a look-up where all headings
 /// fit, and checkMotion() elsewhere.
-[[nodiscard]] PosePath findPosePath(const CuboidMap& map, const PosePathTask& task,
-                                    Budget& budget = Budget::unlimited());
+Answer<PosePath> findPosePath(const CuboidMap& map, const PosePathTask& task, UnknownPolicy policy,
+                              Budget& budget);
 
 }  // namespace cuboid_mapping

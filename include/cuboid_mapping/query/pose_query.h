@@ -1,15 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Example:
+//     const Body ball{{{Eigen::Vector3d::Zero(), 0.3}}, {}};  // Radius in metres.
+//     const std::vector<Eigen::Isometry3d> poses(1, Eigen::Isometry3d::Identity());
+//     Budget budget(QueryLimits{0.01});
+//     const auto contacts = checkPoses(map, ball, poses, UnknownPolicy::kObstacle, budget);
+//     if (contacts[0].isFound()) std::cout << "meets voxel " << contacts[0]->voxel << '\n';
 #pragma once
 
 #include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/query/answer.h"
 #include "cuboid_mapping/query/budget.h"
 #include "cuboid_mapping/query/unknown_policy.h"
-#include "cuboid_mapping/query/way_answer.h"
 
 #include <Eigen/Geometry>
 
 #include <cstddef>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -50,16 +55,7 @@ struct PoseContact {
   Cell voxel;            ///< A voxel that the part meets.
 };
 
-/// Answer of checkPoses() for one pose.
-struct PoseQueryResult {
-  WayAnswer answer = WayAnswer::kInvalid;  ///< Whether the body fits there.
-  std::optional<PoseContact> contact;      ///< The contact of kBlocked.
-
-  /// Whether the whole body was checked, and meets nothing.
-  [[nodiscard]] bool isFree() const { return answer == WayAnswer::kFree; }
-};
-
-/// Whether a body meets an obstacle, for each of many poses.
+/// An obstacle that a body meets, for each of many poses; kNotFound: the body is free there.
 ///
 /// Exact in voxels, for every orientation: a part meets a voxel if both overlap by more than 1e-6 voxels, as in
 /// Grid::toCellBox; touching faces do not count. Boxes are compared by separating axes (S. Gottschalk et al.,
@@ -75,8 +71,8 @@ struct PoseQueryResult {
 /// @param budget  Counts bricks.
 /// @complexity O(bricks that the body overlaps, and obstacle voxels near it) for each pose, until the first
 /// contact.
-[[nodiscard]] std::vector<PoseQueryResult> checkPoses(
+[[nodiscard]] std::vector<Answer<PoseContact>> checkPoses(
     const CuboidMap& map, const Body& body, const std::vector<Eigen::Isometry3d>& T_map_body,
-    UnknownPolicy policy, Budget& budget = Budget::unlimited());
+    UnknownPolicy policy, Budget& budget);
 
 }  // namespace cuboid_mapping

@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Example:
+//     SphereChecker arm(map, UnknownPolicy::kObstacle, Budget::unlimited());
+//     const auto answers = arm.check({{{0.5, 0.5, 0.5}, 0.2}, {{2, 1, 0.5}, 0.2}});
+//     if (answers[0] == AnswerStatus::kNotFound) std::cout << "the first ball is free\n";
+//     if (answers[1] == AnswerStatus::kFound) std::cout << "the second one meets an obstacle\n";
 #pragma once
 
 #include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/query/answer.h"
 #include "cuboid_mapping/query/budget.h"
 #include "cuboid_mapping/query/unknown_policy.h"
-#include "cuboid_mapping/query/way_answer.h"
 
 #include <cstdint>
 #include <memory>
@@ -25,7 +30,7 @@ struct Sphere {
 class SphereChecker {
  public:
   /// @param map, budget  Must outlive this object. The budget counts bricks that are looked at.
-  SphereChecker(const CuboidMap& map, UnknownPolicy policy, Budget& budget = Budget::unlimited());
+  SphereChecker(const CuboidMap& map, UnknownPolicy policy, Budget& budget);
   /// Takes over what another checker keeps; that one can only be destroyed or assigned to.
   ///@{
   SphereChecker(SphereChecker&& other) noexcept;
@@ -33,7 +38,7 @@ class SphereChecker {
   ///@}
   ~SphereChecker();
 
-  /// Answers for each of some balls. Those that touch the ones before them are faster.
+  /// Whether each of some balls meets an obstacle: kFound, or kNotFound if it is free. Those that touch the ones before them are faster.
   ///
   /// Cases:
   ///   - a number that is not finite, a radius below Body::kMinSize or above Body::kMaxReach voxels, a ball that
@@ -42,7 +47,7 @@ class SphereChecker {
   ///
   /// @complexity O(bricks that a ball overlaps, and voxels in the way near it), until the first contact; for each
   /// ball.
-  [[nodiscard]] std::vector<WayAnswer> check(const std::vector<Sphere>& spheres);
+  [[nodiscard]] std::vector<AnswerStatus> check(const std::vector<Sphere>& spheres);
 
  private:
   struct Kept;

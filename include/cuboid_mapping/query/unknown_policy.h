@@ -3,10 +3,10 @@
 
 namespace cuboid_mapping {
 
-/// Treatment of unknown space by a query.
+/// Meaning of unknown space for a query. Services use the same numbers, Python the same words.
 enum class UnknownPolicy : unsigned char {
-  kPass,  ///< Free, as with ignoreUnknownCells of octomap's castRay.
-  kStop,  ///< An obstacle.
+  kObstacle,  ///< It is in the way.
+  kFree,      ///< It is free, as with ignoreUnknownCells of octomap's castRay.
 };
 
 }  // namespace cuboid_mapping

@@ -6,6 +6,7 @@
 #include "cuboid_mapping/boxes/joined_cuboids.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace cuboid_mapping {
 namespace {
@@ -35,13 +36,13 @@ bool isLarger(const CellBox& a, const CellBox& b) {
 
 }  // namespace
 
-BoxCover coverOccupied(const CuboidMap& map, const CoverTask& task, Budget& budget) {
-  BoxCover cover;
-  if (task.max_boxes == 0 || task.region.isEmpty()) return cover;
-  std::vector<CellBox> occupied;
-  for (const Cuboid& cuboid : joinCuboids(map, task.region, CuboidFilter::kOccupied, budget)) {
-    occupied.push_back(cuboid.box);
+Answer<BoxCover> coverOccupied(const CuboidMap& map, const CoverTask& task, Budget& budget) {
+  if (task.max_boxes == 0 || task.region.isEmpty()) {
+    return Answer<BoxCover>::invalid("max_boxes must be > 0, and the region not empty");
   }
+  std::vector<CellBox> occupied;
+  const auto joined = joinCuboids(map, task.region, CuboidFilter::kOccupied, budget);
+  for (const Cuboid& cuboid : joined.value) occupied.push_back(cuboid.box);
   const double num_occupied = sumOfVolumes(occupied);
   occupied = subtractAll(std::move(occupied), task.keep_free);
   const double num_covered = sumOfVolumes(occupied);
@@ -53,16 +54,16 @@ BoxCover coverOccupied(const CuboidMap& map, const CoverTask& task, Budget& budg
   CoverExchange exchange(voxels, merger.boxes(), task.keep_free, budget);
   if (merger.hasMerged()) exchange.improve(task.max_boxes);
   if (budget.isSpent() || !budget.addEntries(exchange.boxes().size())) {
-    cover.end = BoxesEnd::kBudgetSpent;
-    return cover;
+    return AnswerStatus::kBudgetSpent;
   }
+  BoxCover cover;
   cover.boxes = exchange.boxes();
   std::sort(cover.boxes.begin(), cover.boxes.end(), isLarger);
-  cover.end = cover.boxes.size() <= task.max_boxes ? BoxesEnd::kFound : BoxesEnd::kTooFewBoxes;
   const double voxel_volume_m3 = map.grid().voxelVolume();
   cover.occupied_volume_m3 = num_covered * voxel_volume_m3;
   cover.added_volume_m3 = exchange.numAdded() * voxel_volume_m3;
   cover.left_out_volume_m3 = (num_occupied - num_covered) * voxel_volume_m3;
+  if (cover.boxes.size() > task.max_boxes) return {AnswerStatus::kNotFound, std::move(cover)};
   return cover;
 }
 

@@ -58,7 +58,8 @@ class FreeBoxSearch {
  public:
   FreeBoxSearch(const CuboidMap& map, const FreeBoxesTask& task, Budget& budget)
       : budget_(budget), free_(budget), left_(budget), may_overlap_(task.may_overlap) {
-    for (const Cuboid& cuboid : joinCuboids(map, task.region, CuboidFilter::kFree, budget)) {
+    const auto joined = joinCuboids(map, task.region, CuboidFilter::kFree, budget);
+    for (const Cuboid& cuboid : joined.value) {
       seeds_.push_back(cuboid.box);
       free_.add(cuboid.box);
       left_.add(cuboid.box);
@@ -151,16 +152,17 @@ class FreeBoxSearch {
 
 }  // namespace
 
-FreeBoxes findFreeBoxes(const CuboidMap& map, const FreeBoxesTask& task, Budget& budget) {
-  FreeBoxes found;
-  if (task.max_boxes == 0 || task.region.isEmpty()) return found;
+Answer<FreeBoxes> findFreeBoxes(const CuboidMap& map, const FreeBoxesTask& task, Budget& budget) {
+  if (task.max_boxes == 0 || task.region.isEmpty()) {
+    return Answer<FreeBoxes>::invalid("max_boxes must be > 0, and the region not empty");
+  }
   FreeBoxSearch search(map, task, budget);
   search.run(task.max_boxes);
   if (budget.isSpent() || !budget.addEntries(search.boxes().size())) {
-    found.end = BoxesEnd::kBudgetSpent;
-    return found;
+    return AnswerStatus::kBudgetSpent;
   }
-  found.end = BoxesEnd::kFound;
+  if (search.boxes().empty()) return AnswerStatus::kNotFound;
+  FreeBoxes found;
   found.boxes = search.boxes();
   const double voxel_volume_m3 = map.grid().voxelVolume();
   found.covered_volume_m3 = (search.numFree() - search.numLeft()) * voxel_volume_m3;

@@ -125,12 +125,12 @@ class Joiner {
 
 }  // namespace
 
-std::vector<Cuboid> joinCuboids(const CuboidMap& map, const CellBox& region, CuboidFilter classes,
-                                Budget& budget) {
-  if (region.isEmpty()) return {};
+Answer<std::vector<Cuboid>> joinCuboids(const CuboidMap& map, const CellBox& region,
+                                        CuboidFilter classes, Budget& budget) {
+  if (region.isEmpty()) return AnswerStatus::kNotFound;
   Joiner joiner(map, region, classes, budget);
   for (int axis = 0; axis < 3; ++axis) joiner.joinAlong(axis);
-  return joiner.take();
+  return answerWithAll(joiner.take(), !budget.isSpent());
 }
 
 }  // namespace cuboid_mapping

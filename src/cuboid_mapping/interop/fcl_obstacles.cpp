@@ -16,7 +16,8 @@ FclObstacles::FclObstacles(const CuboidMap& map, const CellBox& region) {
   CuboidSelection selection;
   selection.filter = CuboidFilter::kOccupied;
   std::vector<fcl::CollisionObjectd*> objects;
-  for (const Cuboid& cuboid : selectCuboids(map, region, selection).cuboids) {
+  const auto occupied = selectCuboids(map, region, selection, Budget::unlimited());
+  for (const Cuboid& cuboid : occupied.value) {
     const MetricBox box = map.grid().toMetricBox(cuboid.box);
     fcl::Transform3d pose = fcl::Transform3d::Identity();
     pose.translation() = map.grid().centerOf(cuboid.box);

@@ -63,7 +63,7 @@ Agreement compareWithOctomap(const CuboidMap& map, const octomap::OcTree& tree) 
     const CellBox box = leafBox(leaf, tree);
     const float expected = leaf->getLogOdds();
     agreement.voxels += box.numVoxels();
-    visitValues(map, box, [&](float log_odds, int count) {
+    visitValues(map, box, Budget::unlimited(), [&](float log_odds, int count) {
       known_to_both += count;
       if (classify(log_odds) != classify(expected)) agreement.class_mismatch += count;
       agreement.max_log_odds_difference =

@@ -91,7 +91,8 @@ std::string toCsv(const MapSnapshot& snapshot, const ProgressListener& listener)
 std::string toCsv(const CuboidMap& map, const std::vector<Cuboid>& cuboids) {
   CsvText text(map.grid().resolution());
   for (const Cuboid& cuboid : cuboids) {
-    text.add(cuboid, cuboid_mapping::meanProbability(map, cuboid.box).value_or(0.5));
+    text.add(cuboid,
+             cuboid_mapping::meanProbability(map, cuboid.box, Budget::unlimited()).valueOr(0.5));
   }
   return text.take();
 }

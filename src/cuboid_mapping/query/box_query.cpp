@@ -3,6 +3,8 @@
 
 #include "cuboid_mapping/query/obstacles.h"
 
+#include <utility>
+
 namespace cuboid_mapping {
 namespace {
 
@@ -16,14 +18,15 @@ Occupancy BoxQueryResult::occupancy() const {
   return unknown_volume_m3 > 0.0 ? Occupancy::kUnknown : Occupancy::kFree;
 }
 
-BoxQueryResult queryBox(const CuboidMap& map, const CellBox& box, CuboidOutput output,
-                        CuboidFilter filter, Budget& budget) {
+Answer<BoxQueryResult> queryCells(const CuboidMap& map, const CellBox& box, Budget& budget,
+                                  CuboidOutput output, CuboidFilter filter) {
   BoxQueryResult result;
   result.box = box;
   if (box.isEmpty()) return result;
   double free_voxels = 0.0;
   double occupied_voxels = 0.0;
-  if (budget.spend(map.voxels().countLooks(box))) {
+  bool is_complete = budget.spend(map.voxels().countLooks(box));
+  if (is_complete) {
     map.voxels().forEachIn(box, [&](const VoxelBrick& brick) {
       const BrickMask part = BrickMask::ofBox(intersect(box, brickBox(brick.brick)));
       free_voxels += (brick.voxels.free() & part).count();
@@ -32,7 +35,8 @@ BoxQueryResult queryBox(const CuboidMap& map, const CellBox& box, CuboidOutput o
   }
   if (output != CuboidOutput::kNone) {
     visitBox(map, box, filter, [&](const Cuboid& cuboid) {
-      if (!budget.spend() || !budget.addEntries()) return Visit::kStop;
+      is_complete = is_complete && budget.spend() && budget.addEntries();
+      if (!is_complete) return Visit::kStop;
       const bool is_clipped = output == CuboidOutput::kClipped;
       result.cuboids.push_back(
           {is_clipped ? intersect(cuboid.box, box) : cuboid.box, cuboid.occupancy});
@@ -43,14 +47,18 @@ BoxQueryResult queryBox(const CuboidMap& map, const CellBox& box, CuboidOutput o
   result.free_volume_m3 = free_voxels * voxel_m3;
   result.occupied_volume_m3 = occupied_voxels * voxel_m3;
   result.unknown_volume_m3 = (box.numVoxels() - free_voxels - occupied_voxels) * voxel_m3;
+  if (!is_complete) return {AnswerStatus::kBudgetSpent, std::move(result)};
   return result;
 }
 
-std::optional<BoxQueryResult> queryBox(const CuboidMap& map, const MetricBox& box_map,
-                                       CuboidOutput output, CuboidFilter filter, Budget& budget) {
+Answer<BoxQueryResult> queryBox(const CuboidMap& map, const MetricBox& box_map, Budget& budget,
+                                CuboidOutput output, CuboidFilter filter) {
   const auto box = map.grid().toCellBox(box_map);
-  if (!box) return std::nullopt;
-  return queryBox(map, *box, output, filter, budget);
+  if (!box) {
+    return Answer<BoxQueryResult>::invalid(
+        "the box must be finite, with min < max, and within the range of the grid");
+  }
+  return queryCells(map, *box, budget, output, filter);
 }
 
 bool isFree(const CuboidMap& map, const MetricBox& box_map, UnknownPolicy policy, Budget& budget) {

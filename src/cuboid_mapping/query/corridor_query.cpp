@@ -4,6 +4,7 @@
 #include "cuboid_mapping/query/corridor_boxes.h"
 #include "cuboid_mapping/query/path_query.h"
 #include "cuboid_mapping/query/place_graph.h"
+#include "cuboid_mapping/query/repeated_search.h"
 
 #include <algorithm>
 #include <queue>
@@ -29,7 +30,7 @@ class PlaceSearch {
   PlaceSearch(PlaceGraph& graph, const CellBox& start, const CellBox& goal)
       : graph_(graph), start_(start), goal_(goal) {}
 
-  CorridorEnd run(Budget& budget) {
+  AnswerStatus run(Budget& budget) {
     std::vector<PlaceNode> first;
     graph_.findNodes(start_, first);
     for (const PlaceNode node : first) {
@@ -43,11 +44,11 @@ class PlaceSearch {
       if (item.cost > state.cost) continue;  // A shorter way was found since.
       if (graph_.box(item.node).intersects(goal_)) {
         last_ = item.node;
-        return CorridorEnd::kFound;
+        return AnswerStatus::kFound;
       }
       expand(item.node);
     }
-    return budget.isSpent() ? CorridorEnd::kBudgetSpent : CorridorEnd::kNoWay;
+    return budget.isSpent() ? AnswerStatus::kBudgetSpent : AnswerStatus::kNotFound;
   }
 
   /// Places from start to goal; two successive ones lie in one box of the graph, or side by side.
@@ -105,13 +106,13 @@ class PlaceSearch {
 };
 
 /// Start and goal of a task, in voxels.
-struct Ends {
+struct CorridorVoxels {
   Cell size;
   CellBox start;  ///< Voxels that the robot covers at the start.
   CellBox goal;   ///< Voxels that it covers at the goal.
 };
 
-std::optional<Ends> findEnds(const Grid& grid, const CorridorTask& task) {
+std::optional<CorridorVoxels> toVoxels(const Grid& grid, const CorridorTask& task) {
   const auto size = grid.toSizeInCells(task.size_m);
   if (!size) return std::nullopt;
   auto start = grid.toCellBox(boxAround(task.start_map, task.size_m));
@@ -121,11 +122,11 @@ std::optional<Ends> findEnds(const Grid& grid, const CorridorTask& task) {
     start->max[axis] = std::max(start->max[axis], start->min[axis] + (*size)[axis]);
     goal->max[axis] = std::max(goal->max[axis], goal->min[axis] + (*size)[axis]);
   }
-  return Ends{*size, *start, *goal};
+  return CorridorVoxels{*size, *start, *goal};
 }
 
 /// Voxels that the robot may use.
-CellBox findRegion(const CuboidMap& map, const CorridorTask& task, const Ends& ends) {
+CellBox findRegion(const CuboidMap& map, const CorridorTask& task, const CorridorVoxels& ends) {
   if (task.region) return *task.region;
   CellBox region = unite(ends.start, ends.goal);
   if (const auto& bounds = map.bounds()) region = unite(region, *bounds);
@@ -133,39 +134,61 @@ CellBox findRegion(const CuboidMap& map, const CorridorTask& task, const Ends& e
   return intersect({region.min - room, region.max + room}, kAllCells);
 }
 
-}  // namespace
+Answer<Corridor> notFound(Blocked where, std::size_t num_visited) {
+  Corridor none;
+  none.blocked = where;
+  none.num_visited = num_visited;
+  return {AnswerStatus::kNotFound, none};
+}
 
-Corridor findCorridor(const CuboidMap& map, const CorridorTask& task, Budget& budget) {
-  Corridor corridor;
-  const auto ends = findEnds(map.grid(), task);
-  if (!ends) return corridor;
-  if (!budget.lookNow()) return {CorridorEnd::kBudgetSpent, {}, {}, {}, 0.0, 0};
-  const CellBox region = findRegion(map, task, *ends);
-  const Obstacles obstacles(map, task.policy, budget);
+/// One search.
+Answer<Corridor> searchOnce(const CuboidMap& map, const CorridorTask& task,
+                            const CorridorVoxels& ends, const Obstacles& obstacles) {
+  Budget& budget = obstacles.budget();
+  const CellBox region = findRegion(map, task, ends);
   const auto is_blocked = [&](const CellBox& box) {
     return !region.contains(box) || obstacles.isAny(box);
   };
-  const bool is_start_blocked = is_blocked(ends->start);
-  const bool is_goal_blocked = !is_start_blocked && is_blocked(ends->goal);
-  if (budget.isSpent()) return {CorridorEnd::kBudgetSpent, {}, {}, {}, 0.0, 0};
-  if (is_start_blocked) return {CorridorEnd::kStartBlocked, {}, {}, {}, 0.0, 0};
-  if (is_goal_blocked) return {CorridorEnd::kGoalBlocked, {}, {}, {}, 0.0, 0};
+  const bool is_start_blocked = is_blocked(ends.start);
+  const bool is_goal_blocked = !is_start_blocked && is_blocked(ends.goal);
+  if (budget.isSpent()) return AnswerStatus::kBudgetSpent;
+  if (is_start_blocked) return notFound(Blocked::kStart, 0);
+  if (is_goal_blocked) return notFound(Blocked::kGoal, 0);
 
-  FitField field(obstacles, ends->size);
+  FitField field(obstacles, ends.size);
   PlaceGraph graph(field, field.placesIn(region));
-  PlaceSearch search(graph, field.placesIn(ends->start), field.placesIn(ends->goal));
-  corridor.end = search.run(budget);
+  PlaceSearch search(graph, field.placesIn(ends.start), field.placesIn(ends.goal));
+  const AnswerStatus status = search.run(budget);
+  if (status == AnswerStatus::kNotFound) return notFound(Blocked::kBetween, graph.numNodes());
+  Corridor corridor;
   corridor.num_visited = graph.numNodes();
-  if (corridor.end != CorridorEnd::kFound) return corridor;
+  if (status != AnswerStatus::kFound) return {status, std::move(corridor)};
   const CorridorBoxes boxes(obstacles, field, region);
-  corridor.boxes = boxes.compute(ends->start, search.toWay(), ends->goal);
-  const CorridorPortals portals = findPortals(map.grid(), corridor.boxes, ends->size);
+  corridor.boxes = boxes.compute(ends.start, search.toWay(), ends.goal);
+  const CorridorPortals portals = findPortals(map.grid(), corridor.boxes, ends.size);
   corridor.portals_map = portals.centers_map;
   corridor.path_map = pullTight(portals, task.start_map, task.goal_map, budget);
-  for (std::size_t i = 1; i < corridor.path_map.size(); ++i) {
-    corridor.length_m += (corridor.path_map[i] - corridor.path_map[i - 1]).norm();
-  }
+  corridor.length_m = lengthOf(corridor.path_map);
   return corridor;
+}
+
+}  // namespace
+
+Answer<Corridor> findCorridor(const CuboidMap& map, const CorridorTask& task, UnknownPolicy policy,
+                              Budget& budget) {
+  const auto ends = toVoxels(map.grid(), task);
+  if (!ends) {
+    return Answer<Corridor>::invalid(
+        "start, goal and size must be finite and within the range of the grid, with edges > 0");
+  }
+  const Obstacles obstacles(map, policy, budget);
+  return searchUntilItHolds(
+      map, budget, [&] { return searchOnce(map, task, *ends, obstacles); },
+      [&](const Corridor& corridor) {
+        const Obstacles now(map, policy, Budget::unlimited());
+        return std::none_of(corridor.boxes.begin(), corridor.boxes.end(),
+                            [&](const CellBox& box) { return now.isAny(box); });
+      });
 }
 
 }  // namespace cuboid_mapping

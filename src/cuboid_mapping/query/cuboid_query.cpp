@@ -22,31 +22,28 @@ bool isPassable(const CellBox& face, int normal, const Cell& passage) {
 
 }  // namespace
 
-SelectedCuboids selectCuboids(const CuboidMap& map, const CellBox& region,
-                              const CuboidSelection& selection, Budget& budget) {
-  SelectedCuboids result;
+Answer<std::vector<Cuboid>> selectCuboids(const CuboidMap& map, const CellBox& region,
+                                          const CuboidSelection& selection, Budget& budget) {
+  std::vector<Cuboid> cuboids;
+  bool is_cut = false;
   visitBox(map, region, selection.filter, [&](const Cuboid& cuboid) {
     if (!budget.spend()) return Visit::kStop;
     if (shortestEdge(cuboid.box) < selection.min_edge) return Visit::kContinue;
-    if (result.cuboids.size() == selection.max_cuboids || !budget.addEntries()) {
-      result.is_truncated = true;
-      return Visit::kStop;
-    }
-    result.cuboids.push_back(
+    is_cut = cuboids.size() == selection.max_cuboids || !budget.addEntries();
+    if (is_cut) return Visit::kStop;
+    cuboids.push_back(
         {selection.is_clipped ? intersect(cuboid.box, region) : cuboid.box, cuboid.occupancy});
     return Visit::kContinue;
   });
-  result.is_truncated = result.is_truncated || budget.isSpent();
-  return result;
+  return answerWithAll(std::move(cuboids), !is_cut && !budget.isSpent());
 }
 
-FreeGraph buildFreeGraph(const CuboidMap& map, const CellBox& region, const Cell& passage,
-                         std::size_t max_cuboids, Budget& budget) {
-  SelectedCuboids free =
-      selectCuboids(map, region, {CuboidFilter::kFree, 1, true, max_cuboids}, budget);
+Answer<FreeGraph> buildFreeGraph(const CuboidMap& map, const CellBox& region, const Cell& passage,
+                                 Budget& budget, std::size_t max_cuboids) {
+  auto free = selectCuboids(map, region, {CuboidFilter::kFree, 1, true, max_cuboids}, budget);
+  if (free.isNotFound()) return AnswerStatus::kNotFound;
   FreeGraph graph;
-  graph.cuboids = std::move(free.cuboids);
-  graph.is_truncated = free.is_truncated;
+  graph.cuboids = std::move(free.value);
   std::unordered_map<Cell, std::uint32_t, CellHash> numbers;
   for (const Cuboid& cuboid : graph.cuboids) {
     numbers.emplace(cuboid.box.min, static_cast<std::uint32_t>(numbers.size()));
@@ -70,7 +67,7 @@ FreeGraph buildFreeGraph(const CuboidMap& map, const CellBox& region, const Cell
       });
     }
   }
-  graph.is_truncated = graph.is_truncated || budget.isSpent();
+  if (!free.isFound() || budget.isSpent()) return {AnswerStatus::kBudgetSpent, std::move(graph)};
   return graph;
 }
 

@@ -161,7 +161,7 @@ DistanceField::DistanceField(const CuboidMap& map, const CellBox& region, double
 }
 
 void DistanceField::update(const CuboidMap& map, const ChangeSet& changes) {
-  const Obstacles obstacles(map, policy_);
+  const Obstacles obstacles(map, policy_, Budget::unlimited());
   std::set<std::pair<std::int32_t, std::int32_t>> rows_of_bricks;
   const auto add = [&](const Cell& brick) { rows_of_bricks.emplace(brick.z, brick.y); };
   if (changes.is_everything) {

@@ -28,7 +28,7 @@ class NearestFitSearch {
     for (std::int32_t ring = 0; isNear(ring) && !budget_.isSpent(); ++ring) {
       searchRing(middle, ring * kBrickEdge);
     }
-    return budget_.isSpent() ? std::nullopt : best_;
+    return best_;
   }
 
  private:
@@ -122,19 +122,23 @@ class NearestFitSearch {
 
 }  // namespace
 
-std::optional<Eigen::Vector3d> findNearestFit(const CuboidMap& map,
-                                              const Eigen::Vector3d& point_map,
-                                              const Eigen::Vector3d& size_m, UnknownPolicy policy,
-                                              double max_distance_m, Budget& budget) {
+Answer<FitPlace> findNearestFit(const CuboidMap& map, const Eigen::Vector3d& point_map,
+                                const Eigen::Vector3d& size_m, UnknownPolicy policy,
+                                double max_distance_m, Budget& budget) {
   const Grid& grid = map.grid();
   const auto size = grid.toSizeInCells(size_m);
   const bool is_valid = size && std::isfinite(max_distance_m) && max_distance_m >= 0.0 &&
                         grid.toCellBox(boxAround(
                             point_map, size_m + Eigen::Vector3d::Constant(2.0 * max_distance_m)));
-  if (!is_valid) return std::nullopt;
-  if (policy == UnknownPolicy::kStop) {  // Nothing fits beyond the known voxels.
+  if (!is_valid) {
+    return Answer<FitPlace>::invalid(
+        "point, size and max_distance must be finite and within the range of the grid, with edges "
+        "> "
+        "0 and max_distance >= 0");
+  }
+  if (policy == UnknownPolicy::kObstacle) {  // Nothing fits beyond the known voxels.
     const auto bounds = map.bounds();
-    if (!bounds) return std::nullopt;
+    if (!bounds) return AnswerStatus::kNotFound;
     const Eigen::Vector3d point = grid.toCellUnits(point_map);
     const Eigen::Vector3d farthest = (point - toVector(bounds->min))
                                          .cwiseAbs()
@@ -146,8 +150,10 @@ std::optional<Eigen::Vector3d> findNearestFit(const CuboidMap& map,
   const auto found = NearestFitSearch(field, grid.toCellUnits(point_map), grid.toCellUnits(size_m),
                                       max_distance_m / grid.resolution(), budget)
                          .run();
-  if (!found) return std::nullopt;
-  return grid.toMetres(*found);
+  if (budget.isSpent()) return AnswerStatus::kBudgetSpent;
+  if (!found) return AnswerStatus::kNotFound;
+  const Eigen::Vector3d center_map = grid.toMetres(*found);
+  return FitPlace{center_map, (center_map - point_map).norm()};
 }
 
 }  // namespace cuboid_mapping

@@ -107,7 +107,7 @@ bool isSeen(const CuboidMap& map, const Eigen::Vector3d& from_map, const Cell& c
   const double distance_m = to_cell.norm();
   if (distance_m > range_m) return false;
   if (distance_m == 0.0) return true;
-  return findFirstHit(map, from_map, to_cell, distance_m, budget).answer == WayAnswer::kFree;
+  return findFirstHit(map, from_map, to_cell, distance_m, budget).isNotFound();
 }
 
 double seeUnknown(const CuboidMap& map, const Eigen::Vector3d& from_map, double range_m,
@@ -137,26 +137,31 @@ bool isValid(const FrontierTask& task, const Grid& grid) {
 
 }  // namespace
 
-Frontiers findFrontiers(const CuboidMap& map, const FrontierTask& task, Budget& budget) {
-  Frontiers found;
-  found.is_valid = isValid(task, map.grid());
-  if (!found.is_valid) return found;
+Answer<std::vector<Frontier>> findFrontiers(const CuboidMap& map, const FrontierTask& task,
+                                            Budget& budget) {
+  if (!isValid(task, map.grid())) {
+    return Answer<std::vector<Frontier>>::invalid(
+        "the region must not be empty, size must be three edges > 0, max_distance and view_range "
+        ">= "
+        "0, all finite, and view_range at most 500 voxels");
+  }
   FrontierTable marked = markFrontiers(map, task.region, budget);
-  if (!budget.isSpent()) found.frontiers = takeClusters(std::move(marked), task.min_voxels);
-  for (std::size_t i = 0; i < found.frontiers.size(); ++i) {
+  std::vector<Frontier> frontiers;
+  if (!budget.isSpent()) frontiers = takeClusters(std::move(marked), task.min_voxels);
+  for (std::size_t i = 0; i < frontiers.size(); ++i) {
     if (!budget.addEntries()) {
-      found.frontiers.resize(i);
+      frontiers.resize(i);
       break;
     }
-    Frontier& frontier = found.frontiers[i];
+    Frontier& frontier = frontiers[i];
     frontier.center_map = findCenter(map.grid(), frontier.voxels);
-    frontier.place_map = findNearestFit(map, frontier.center_map, task.size_m, UnknownPolicy::kStop,
-                                        task.max_distance_m, budget);
-    if (!frontier.place_map) continue;
+    const auto place = findNearestFit(map, frontier.center_map, task.size_m,
+                                      UnknownPolicy::kObstacle, task.max_distance_m, budget);
+    if (!place.isFound()) continue;
+    frontier.place_map = place->center_map;
     frontier.unknown_volume_m3 = seeUnknown(map, *frontier.place_map, task.view_range_m, budget);
   }
-  found.is_truncated = budget.isSpent();
-  return found;
+  return answerWithAll(std::move(frontiers), !budget.isSpent());
 }
 
 }  // namespace cuboid_mapping

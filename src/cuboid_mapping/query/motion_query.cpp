@@ -100,26 +100,33 @@ std::string findFault(const Body& body, const std::vector<Eigen::Isometry3d>& T_
   return {};
 }
 
-MotionQueryResult checkMotion(const CuboidMap& map, const Body& body,
-                              const std::vector<Eigen::Isometry3d>& T_map_body,
-                              UnknownPolicy policy, Budget& budget) {
-  if (!findFault(body, T_map_body, map.grid()).empty()) return {};
+Answer<MotionContact> checkMotion(const CuboidMap& map, const Body& body,
+                                  const std::vector<Eigen::Isometry3d>& T_map_body,
+                                  UnknownPolicy policy, Budget& budget) {
+  std::string fault = findFault(body, T_map_body, map.grid());
+  if (!fault.empty()) return Answer<MotionContact>::invalid(std::move(fault));
   BodyProbe probe(map, body, policy, budget);
-  MotionQueryResult result;
+  double length_m = 0.0;
   const std::size_t num_segments = std::max<std::size_t>(1, T_map_body.size() - 1);
   for (std::size_t i = 0; i < num_segments; ++i) {
     const BodyMotion motion(T_map_body[i], T_map_body[std::min(i + 1, T_map_body.size() - 1)]);
-    if (!result.contact) {
-      if (const auto first = findFirst(probe, motion)) {
-        result.contact = {i, result.length_m + first->part * motion.length(),
-                          motion.at(first->part), first->contact};
-      }
+    const auto first = findFirst(probe, motion);
+    if (budget.isSpent()) return AnswerStatus::kBudgetSpent;
+    if (first) {
+      return MotionContact{i, length_m + first->part * motion.length(), motion.at(first->part),
+                           first->contact};
     }
-    if (budget.isSpent()) return {WayAnswer::kBudgetSpent, 0.0, std::nullopt};
-    result.length_m += motion.length();
+    length_m += motion.length();
   }
-  result.answer = result.contact ? WayAnswer::kBlocked : WayAnswer::kFree;
-  return result;
+  return AnswerStatus::kNotFound;
+}
+
+double lengthOf(const std::vector<Eigen::Isometry3d>& T_map_body) {
+  double length_m = 0.0;
+  for (std::size_t i = 1; i < T_map_body.size(); ++i) {
+    length_m += (T_map_body[i].translation() - T_map_body[i - 1].translation()).norm();
+  }
+  return length_m;
 }
 
 }  // namespace cuboid_mapping

@@ -23,19 +23,21 @@ CellBox cubeAround(const Cell& cell, double reach) {
 
 }  // namespace
 
-std::optional<ObstacleDistance> findObstacleDistance(const CuboidMap& map,
-                                                     const Eigen::Vector3d& point_map,
-                                                     double bound_m, UnknownPolicy policy,
-                                                     Budget& budget) {
+Answer<ObstacleDistance> findObstacleDistance(const CuboidMap& map,
+                                              const Eigen::Vector3d& point_map, double bound_m,
+                                              UnknownPolicy policy, Budget& budget) {
   constexpr double kRounding = 1e-6;  // Voxels.
   const auto voxel = map.grid().toCell(point_map);
   const double bound = bound_m * map.grid().inverseResolution() + kRounding;
-  if (!voxel || !(bound_m > 0.0)) return std::nullopt;
+  if (!voxel || !(bound_m > 0.0)) {
+    return Answer<ObstacleDistance>::invalid(
+        "the point must be finite and within the range of the grid, and the bound > 0");
+  }
   const Obstacles obstacles(map, policy, budget);
   const double farthest = std::min(std::floor(bound), 1.0 * Grid::kMaxCell);
   // Outside the known space, only unknown voxels can be obstacles.
   const CellBox area =
-      policy == UnknownPolicy::kStop ? kAllCells : map.bounds().value_or(CellBox());
+      policy == UnknownPolicy::kObstacle ? kAllCells : map.bounds().value_or(CellBox());
   double nearest = std::numeric_limits<double>::infinity();
   Cell away;
   // Searches growing cubes, until no voxel outside can be nearer.
@@ -48,12 +50,13 @@ std::optional<ObstacleDistance> findObstacleDistance(const CuboidMap& map,
       nearest = distance;
       away = from;
     });
-    if (budget.isSpent()) return std::nullopt;
+    if (budget.isSpent()) return AnswerStatus::kBudgetSpent;
     if (nearest <= reach || reach == farthest) break;
   }
+  if (!std::isfinite(nearest)) return AnswerStatus::kNotFound;
   ObstacleDistance result;
   result.distance_m = map.grid().resolution() * nearest;
-  if (std::isfinite(nearest) && nearest > 0.0) result.gradient_map = toVector(away) / nearest;
+  if (nearest > 0.0) result.gradient_map = toVector(away) / nearest;
   return result;
 }
 

@@ -7,14 +7,16 @@
 
 namespace cuboid_mapping {
 
-/// The obstacles of a map: occupied voxels, and unknown ones if the policy is kStop. Each call reads the
+/// The obstacles of a map: occupied voxels, and unknown ones if the policy is kObstacle. Each call reads the
 /// current map. Between two bricks, isAny() and visit() let others get their turn at the map; they end when the
 /// budget is spent. Not thread-safe, because of the budget.
 class Obstacles {
  public:
   /// @param budget  Must outlive this object.
-  Obstacles(const CuboidMap& map, UnknownPolicy policy, Budget& budget = Budget::unlimited())
-      : voxels_(map.voxels()), budget_(budget), blocks_unknown_(policy == UnknownPolicy::kStop) {}
+  Obstacles(const CuboidMap& map, UnknownPolicy policy, Budget& budget)
+      : voxels_(map.voxels()),
+        budget_(budget),
+        blocks_unknown_(policy == UnknownPolicy::kObstacle) {}
 
   /// The obstacles of a brick. @param brick  Its least cell. @complexity O(1) on average.
   [[nodiscard]] BrickMask inBrick(const Cell& brick) const;

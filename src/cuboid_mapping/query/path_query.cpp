@@ -147,45 +147,50 @@ Sweep makeSweep(const Grid& grid, const Eigen::Vector3d& from_map, const Eigen::
   return {from, grid.toCellUnits(to_map) - from, 0.5 * grid.toCellUnits(size_m)};
 }
 
-}  // namespace
-
-PathQueryResult checkPath(const CuboidMap& map, const std::vector<Eigen::Vector3d>& waypoints_map,
-                          const Eigen::Vector3d& size_m, UnknownPolicy policy, Budget& budget) {
-  const Grid& grid = map.grid();
-  if (!isValid(grid, waypoints_map, size_m)) return {};
-  const Obstacles obstacles(map, policy, budget);
-  PathQueryResult result;
+/// As checkPath(): the first contact, or any.
+Answer<PathContact> check(const Obstacles& obstacles, const Grid& grid,
+                          const std::vector<Eigen::Vector3d>& waypoints_map,
+                          const Eigen::Vector3d& size_m, Wanted wanted) {
+  if (!isValid(grid, waypoints_map, size_m)) {
+    return Answer<PathContact>::invalid(
+        "there must be a waypoint, all finite and within the range of the grid, and edges > 0");
+  }
+  double length_m = 0.0;
   const std::size_t num_segments = std::max<std::size_t>(1, waypoints_map.size() - 1);
   for (std::size_t i = 0; i < num_segments; ++i) {
     const Eigen::Vector3d& from = waypoints_map[i];
     const Eigen::Vector3d& to = waypoints_map[std::min(i + 1, waypoints_map.size() - 1)];
-    const double length_m = (to - from).norm();
-    if (!result.contact) {
-      const Sweep sweep = makeSweep(grid, from, to, size_m);
-      if (const auto first = findContact(obstacles, sweep, Wanted::kFirst)) {
-        result.contact = {i, result.length_m + first->t * length_m, from + first->t * (to - from),
-                          first->voxel};
-      }
+    const Eigen::Vector3d motion = to - from;
+    const auto met = findContact(obstacles, makeSweep(grid, from, to, size_m), wanted);
+    if (obstacles.budget().isSpent()) return AnswerStatus::kBudgetSpent;
+    if (met) {
+      return PathContact{i, length_m + met->t * motion.norm(), from + met->t * motion, met->voxel};
     }
-    result.length_m += length_m;
-    if (budget.isSpent()) return {WayAnswer::kBudgetSpent, 0.0, std::nullopt};
+    length_m += motion.norm();
   }
-  result.answer = result.contact ? WayAnswer::kBlocked : WayAnswer::kFree;
-  return result;
+  return AnswerStatus::kNotFound;
+}
+
+}  // namespace
+
+Answer<PathContact> checkPath(const CuboidMap& map,
+                              const std::vector<Eigen::Vector3d>& waypoints_map,
+                              const Eigen::Vector3d& size_m, UnknownPolicy policy, Budget& budget) {
+  return check(Obstacles(map, policy, budget), map.grid(), waypoints_map, size_m, Wanted::kFirst);
 }
 
 bool isPathFree(const CuboidMap& map, const std::vector<Eigen::Vector3d>& waypoints_map,
                 const Eigen::Vector3d& size_m, UnknownPolicy policy, Budget& budget) {
-  const Grid& grid = map.grid();
-  if (!isValid(grid, waypoints_map, size_m)) return false;
   const Obstacles obstacles(map, policy, budget);
-  const std::size_t num_segments = std::max<std::size_t>(1, waypoints_map.size() - 1);
-  for (std::size_t i = 0; i < num_segments; ++i) {
-    const Sweep sweep = makeSweep(grid, waypoints_map[i],
-                                  waypoints_map[std::min(i + 1, waypoints_map.size() - 1)], size_m);
-    if (findContact(obstacles, sweep, Wanted::kAny) || budget.isSpent()) return false;
+  return check(obstacles, map.grid(), waypoints_map, size_m, Wanted::kAny).isNotFound();
+}
+
+double lengthOf(const std::vector<Eigen::Vector3d>& waypoints_map) {
+  double length_m = 0.0;
+  for (std::size_t i = 1; i < waypoints_map.size(); ++i) {
+    length_m += (waypoints_map[i] - waypoints_map[i - 1]).norm();
   }
-  return true;
+  return length_m;
 }
 
 }  // namespace cuboid_mapping

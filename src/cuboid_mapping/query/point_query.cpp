@@ -5,7 +5,7 @@
 
 namespace cuboid_mapping {
 
-std::optional<Cuboid> findCuboid(const CuboidMap& map, const Cell& cell) {
+std::optional<Cuboid> findCuboidOfCell(const CuboidMap& map, const Cell& cell) {
   std::optional<Cuboid> found;
   visitBox(map, CellBox::ofCell(cell), CuboidFilter::kAll, [&found](const Cuboid& cuboid) {
     found = cuboid;
@@ -16,7 +16,7 @@ std::optional<Cuboid> findCuboid(const CuboidMap& map, const Cell& cell) {
 
 std::optional<Cuboid> findCuboid(const CuboidMap& map, const Eigen::Vector3d& point_map) {
   const auto cell = map.grid().toCell(point_map);
-  return cell ? findCuboid(map, *cell) : std::nullopt;
+  return cell ? findCuboidOfCell(map, *cell) : std::nullopt;
 }
 
 Occupancy classifyPoint(const CuboidMap& map, const Eigen::Vector3d& point_map) {

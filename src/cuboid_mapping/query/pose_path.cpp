@@ -2,6 +2,7 @@
 #include "cuboid_mapping/query/pose_path.h"
 
 #include "cuboid_mapping/query/pose_search.h"
+#include "cuboid_mapping/query/repeated_search.h"
 
 #include <algorithm>
 #include <cmath>
@@ -67,24 +68,24 @@ PoseWay joinSteps(const PoseWay& way, BodyProbe& probe) {
 }
 
 /// One search; length_m is not set.
-PosePath searchOnce(const CuboidMap& map, const PosePathTask& task, Budget& budget) {
+Answer<PosePath> searchOnce(const CuboidMap& map, const PosePathTask& task, UnknownPolicy policy,
+                            Budget& budget) {
   const CellBox region = findRegion(map, task);
-  BodyProbe probe(map, task.body, task.policy, budget, region);
+  BodyProbe probe(map, task.body, policy, budget, region);
   PosePath path;
   const bool is_start_blocked = probe.findContact(task.start_map).has_value();
   const bool is_goal_blocked = !is_start_blocked && probe.findContact(task.goal_map);
   path.num_poses = probe.numPoses();
-  if (budget.isSpent()) {
-    path.end = CorridorEnd::kBudgetSpent;
-  } else if (is_start_blocked || is_goal_blocked) {
-    path.end = is_start_blocked ? CorridorEnd::kStartBlocked : CorridorEnd::kGoalBlocked;
-  } else {
-    PoseSearch search(map, task, region, probe);
-    path.end = search.run();
-    if (path.end == CorridorEnd::kFound) path.T_map_body = joinSteps(search.toWay(), probe);
-    path.num_poses = probe.numPoses() + search.numPoses();
+  if (budget.isSpent()) return {AnswerStatus::kBudgetSpent, path};
+  if (is_start_blocked || is_goal_blocked) {
+    path.blocked = is_start_blocked ? Blocked::kStart : Blocked::kGoal;
+    return {AnswerStatus::kNotFound, path};
   }
-  return path;
+  PoseSearch search(map, task, policy, region, probe);
+  const AnswerStatus status = search.run();
+  if (status == AnswerStatus::kFound) path.T_map_body = joinSteps(search.toWay(), probe);
+  path.num_poses = probe.numPoses() + search.numPoses();
+  return {status, std::move(path)};
 }
 
 }  // namespace
@@ -105,26 +106,21 @@ std::string findFault(const PosePathTask& task, const Grid& grid) {
   return {};
 }
 
-PosePath findPosePath(const CuboidMap& map, const PosePathTask& task, Budget& budget) {
-  PosePath path;
-  if (!findFault(task, map.grid()).empty()) return path;
-  std::size_t num_poses = 0;
-  for (bool is_done = false; !is_done;) {
-    path = {CorridorEnd::kBudgetSpent, {}, 0.0, num_poses};
-    if (!budget.lookNow()) return path;
-    const std::uint64_t revision = map.revision();
-    path = searchOnce(map, task, budget);
-    num_poses = path.num_poses += num_poses;
-    is_done = path.end != CorridorEnd::kFound || map.revision() == revision ||
-              checkMotion(map, task.body, path.T_map_body, task.policy).isFree();
+Answer<PosePath> findPosePath(const CuboidMap& map, const PosePathTask& task, UnknownPolicy policy,
+                              Budget& budget) {
+  std::string fault = findFault(task, map.grid());
+  if (!fault.empty()) return Answer<PosePath>::invalid(std::move(fault));
+  auto path = searchUntilItHolds(
+      map, budget, [&] { return searchOnce(map, task, policy, budget); },
+      [&](const PosePath& found) {
+        return checkMotion(map, task.body, found.T_map_body, policy, Budget::unlimited())
+            .isNotFound();
+      });
+  if (!path.isFound()) return path;
+  if (!budget.isSpent() && !budget.addEntries(path->T_map_body.size())) {
+    return AnswerStatus::kBudgetSpent;
   }
-  if (path.end == CorridorEnd::kFound && !budget.isSpent() &&
-      !budget.addEntries(path.T_map_body.size())) {
-    return {CorridorEnd::kBudgetSpent, {}, 0.0, num_poses};
-  }
-  for (std::size_t i = 1; i < path.T_map_body.size(); ++i) {
-    path.length_m += BodyMotion(path.T_map_body[i - 1], path.T_map_body[i]).length();
-  }
+  path.value.length_m = lengthOf(path->T_map_body);
   return path;
 }
 

@@ -63,28 +63,27 @@ std::string findFault(const Body& body, const Grid& grid) {
   return {};
 }
 
-std::vector<PoseQueryResult> checkPoses(const CuboidMap& map, const Body& body,
-                                        const std::vector<Eigen::Isometry3d>& T_map_body,
-                                        UnknownPolicy policy, Budget& budget) {
-  std::vector<PoseQueryResult> results(T_map_body.size());
+std::vector<Answer<PoseContact>> checkPoses(const CuboidMap& map, const Body& body,
+                                            const std::vector<Eigen::Isometry3d>& T_map_body,
+                                            UnknownPolicy policy, Budget& budget) {
+  using ContactAnswer = Answer<PoseContact>;
   const Grid& grid = map.grid();
-  if (!findFault(body, grid).empty()) return results;
+  std::string fault = findFault(body, grid);
+  if (!fault.empty()) return {T_map_body.size(), ContactAnswer::invalid(std::move(fault))};
   const double range_m = rangeOf(body, grid);
   BodyProbe probe(map, body, policy, budget);
-  for (std::size_t i = 0; i < results.size(); ++i) {
-    if (!isPose(T_map_body[i], range_m)) continue;
-    PoseQueryResult& result = results[i];
-    result.answer = WayAnswer::kBudgetSpent;
-    if (budget.isSpent()) continue;
-    if (const auto contact = probe.findContact(T_map_body[i])) {
-      result.answer = WayAnswer::kBlocked;
-      result.contact.emplace().part = contact->part;
-      result.contact->voxel = contact->voxel;
-    } else if (!budget.isSpent()) {
-      result.answer = WayAnswer::kFree;
+  const auto check = [&](const Eigen::Isometry3d& pose) -> ContactAnswer {
+    if (!isPose(pose, range_m)) {
+      return ContactAnswer::invalid("the pose must be finite, a rotation, and within the range");
     }
-  }
-  return results;
+    if (budget.isSpent()) return AnswerStatus::kBudgetSpent;
+    if (const auto contact = probe.findContact(pose)) return *contact;
+    return budget.isSpent() ? AnswerStatus::kBudgetSpent : AnswerStatus::kNotFound;
+  };
+  std::vector<ContactAnswer> answers;
+  answers.reserve(T_map_body.size());
+  for (const Eigen::Isometry3d& pose : T_map_body) answers.push_back(check(pose));
+  return answers;
 }
 
 }  // namespace cuboid_mapping

@@ -43,12 +43,12 @@ Body turningSpace(const Body& body) {
   return {{}, {space}};
 }
 
-PoseSearch::PoseSearch(const CuboidMap& map, const PosePathTask& task, const CellBox& region,
-                       BodyProbe& body)
+PoseSearch::PoseSearch(const CuboidMap& map, const PosePathTask& task, UnknownPolicy policy,
+                       const CellBox& region, BodyProbe& body)
     : task_(task),
       body_(body),
       space_body_(turningSpace(task.body)),
-      space_(map, space_body_, task.policy, body.budget(), region),
+      space_(map, space_body_, policy, body.budget(), region),
       lattice_(map.grid(), task.start_map.translation().z(), task.may_climb),
       turn_cost_m_(0.5 * space_body_.boxes[0].size_m.x()),
       nodes_(2, Node{{}, std::numeric_limits<double>::infinity()}),
@@ -56,7 +56,7 @@ PoseSearch::PoseSearch(const CuboidMap& map, const PosePathTask& task, const Cel
   nodes_[kStart].fit = nodes_[kGoal].fit = Fit::kFits;
 }
 
-CorridorEnd PoseSearch::run() {
+AnswerStatus PoseSearch::run() {
   open_.push({estimate(task_.start_map), 0.0, kStart, kStart});
   while (!open_.empty() && body_.budget().spendAndYield()) {
     const Item item = open_.top();
@@ -67,10 +67,10 @@ CorridorEnd PoseSearch::run() {
     node.is_closed = true;
     node.cost = item.cost;
     node.parent = item.parent;
-    if (item.node == kGoal) return CorridorEnd::kFound;
+    if (item.node == kGoal) return AnswerStatus::kFound;
     expand(item.node);
   }
-  return body_.budget().isSpent() ? CorridorEnd::kBudgetSpent : CorridorEnd::kNoWay;
+  return body_.budget().isSpent() ? AnswerStatus::kBudgetSpent : AnswerStatus::kNotFound;
 }
 
 std::vector<Eigen::Isometry3d> PoseSearch::toWay() const {

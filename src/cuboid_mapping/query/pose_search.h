@@ -20,11 +20,11 @@ class PoseSearch {
  public:
   /// @param task, body  Must outlive this object. @param body  Probe of the task's body, and its budget.
   /// @pre findFault(task) is empty.
-  PoseSearch(const CuboidMap& map, const PosePathTask& task, const CellBox& region,
-             BodyProbe& body);
+  PoseSearch(const CuboidMap& map, const PosePathTask& task, UnknownPolicy policy,
+             const CellBox& region, BodyProbe& body);
 
   /// Runs the search. @pre Start and goal are free.
-  CorridorEnd run();
+  AnswerStatus run();
   /// The poses of the way. @pre run() has found one.
   [[nodiscard]] std::vector<Eigen::Isometry3d> toWay() const;
   /// Number of poses of the enclosing box that were looked up.

@@ -13,6 +13,8 @@ constexpr double kNoStretch = 1e-9;
 /// A ray with a smaller component of its unit vector does not move along that axis.
 constexpr double kStandstill = 1e-100;
 constexpr double kNever = std::numeric_limits<double>::infinity();
+constexpr char kNoRay[] =
+    "origin and direction must be finite, the direction not zero, and max_range > 0";
 
 /// Walks along a ray from voxel to voxel, or over a whole brick. Lengths are in voxels.
 /// J. Amanatides and A. Woo, "A Fast Voxel Traversal Algorithm for Ray Tracing", 1987.
@@ -130,7 +132,7 @@ class UnknownMeter {
     const double stretch = std::min(leave, range_) - enter;
     if (stretch <= kNoStretch) return false;
     if (!first_) first_ = enter;
-    if (policy_ == UnknownPolicy::kStop) {
+    if (policy_ == UnknownPolicy::kObstacle) {
       is_stopped_ = true;
       return true;
     }
@@ -207,16 +209,16 @@ bool isRay(const Eigen::Vector3d& origin_map, const Eigen::Vector3d& direction,
 
 }  // namespace
 
-std::optional<RayQueryResult> castRay(const CuboidMap& map, const Eigen::Vector3d& origin_map,
-                                      const Eigen::Vector3d& direction, double max_range_m,
-                                      UnknownPolicy policy, Budget& budget) {
-  if (!isRay(origin_map, direction, max_range_m)) return std::nullopt;
+Answer<RayQueryResult> castRay(const CuboidMap& map, const Eigen::Vector3d& origin_map,
+                               const Eigen::Vector3d& direction, double max_range_m,
+                               UnknownPolicy policy, Budget& budget) {
+  if (!isRay(origin_map, direction, max_range_m)) return Answer<RayQueryResult>::invalid(kNoRay);
   const Eigen::Vector3d unit = direction.stableNormalized();
   const Grid& grid = map.grid();
   const double range = max_range_m / grid.resolution();
   UnknownMeter unknown(range, policy);
   const auto hit = walk(map, grid.toCellUnits(origin_map), unit, range, unknown, budget);
-  if (budget.isSpent()) return std::nullopt;
+  if (budget.isSpent()) return AnswerStatus::kBudgetSpent;
   RayQueryResult result;
   result.distance_m = max_range_m;
   if (hit) {
@@ -233,24 +235,17 @@ std::optional<RayQueryResult> castRay(const CuboidMap& map, const Eigen::Vector3
   return result;
 }
 
-RayHit findFirstHit(const CuboidMap& map, const Eigen::Vector3d& origin_map,
-                    const Eigen::Vector3d& direction, double max_range_m, Budget& budget) {
-  RayHit result;
-  if (!isRay(origin_map, direction, max_range_m)) return result;
+Answer<RayHit> findFirstHit(const CuboidMap& map, const Eigen::Vector3d& origin_map,
+                            const Eigen::Vector3d& direction, double max_range_m, Budget& budget) {
+  if (!isRay(origin_map, direction, max_range_m)) return Answer<RayHit>::invalid(kNoRay);
   const Eigen::Vector3d unit = direction.stableNormalized();
   const Grid& grid = map.grid();
   UnknownIgnored unknown;
   const auto hit = walk(map, grid.toCellUnits(origin_map), unit, max_range_m / grid.resolution(),
                         unknown, budget);
-  if (!hit) {
-    result.answer = budget.isSpent() ? WayAnswer::kBudgetSpent : WayAnswer::kFree;
-    return result;
-  }
-  result.answer = WayAnswer::kBlocked;
-  result.voxel = hit->voxel;
-  result.distance_m = hit->distance * grid.resolution();
-  result.point_map = origin_map + result.distance_m * unit;
-  return result;
+  if (!hit) return budget.isSpent() ? AnswerStatus::kBudgetSpent : AnswerStatus::kNotFound;
+  const double distance_m = hit->distance * grid.resolution();
+  return RayHit{hit->voxel, distance_m, origin_map + distance_m * unit};
 }
 
 }  // namespace cuboid_mapping

@@ -40,8 +40,8 @@ int main(int argc, char** argv) {
   config.max_range_m = 30.0;
   Mapper mapper(config);
   mapper.integrate(makeScan(T_map_sensor, T_map_sensor.translation(), points_sensor));
-  const auto answer = queryBox(mapper.map(), MetricBox{{0, 0, 0}, {1, 1, 1}});
-  if (!answer || answer->occupancy() == Occupancy::kFree) return 1;
+  const auto answer = queryBox(mapper.map(), {{0, 0, 0}, {1, 1, 1}}, Budget::unlimited());
+  if (!answer.isFound() || answer->occupancy() == Occupancy::kFree) return 1;
   writeMapFile(argv[1], takeSnapshot(mapper.map(), "map"));
   const std::unique_ptr<octomap::AbstractOcTree> tree(octomap::AbstractOcTree::read(argv[1]));
   std::cout << (tree ? tree->getTreeType() : "no tree") << std::endl;

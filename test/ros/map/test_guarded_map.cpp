@@ -53,8 +53,9 @@ ScanUpdate makeTwins(Random& random) {
 /// Cuboids of the first group, and those of its twin moved to its place.
 std::vector<Cuboid> cuboidsOfGroup(const CuboidMap& map, std::int32_t offset) {
   const CellBox group{{offset, 0, 0}, {offset + 32, 32, 32}};
-  std::vector<Cuboid> cuboids =
-      queryBox(map, group, cuboid_mapping::CuboidOutput::kClipped).cuboids;
+  std::vector<Cuboid> cuboids = queryCells(map, group, cuboid_mapping::Budget::unlimited(),
+                                           cuboid_mapping::CuboidOutput::kClipped)
+                                    ->cuboids;
   for (Cuboid& cuboid : cuboids) {
     cuboid.box.min.x -= offset;
     cuboid.box.max.x -= offset;

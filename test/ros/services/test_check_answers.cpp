@@ -52,7 +52,7 @@ TEST_F(CheckAnswers, TellClassVolumesAndProbabilityOfEachBox) {
 
 TEST_F(CheckAnswers, LetUnknownSpacePassAndInflateBoxesWhenAskedTo) {
   auto request = makeBoxes();
-  request.unknown = CheckBoxes::Request::UNKNOWN_PASSES;
+  request.unknown = CheckBoxes::Request::UNKNOWN_FREE;
   EXPECT_EQ(answer<CheckBoxes>(in_frame_, request).blocked, (std::vector<std::uint8_t>{0, 1, 0}));
   request.inflation = 0.1;
   EXPECT_EQ(answer<CheckBoxes>(in_frame_, request).occupancy[0], CheckBoxes::Response::FREE);
@@ -109,7 +109,7 @@ TEST_F(CheckAnswers, RefuseWhatIsNoBox) {
   expectRefusal(ask(with([](auto& r) { r.boxes[0].max.z = INFINITY; })), "infinite");
   expectRefusal(ask(with([](auto& r) { r.boxes[0].max.z = 1e12; })), "beyond the map");
   expectRefusal(ask(with([](auto& r) { r.inflation = -1.0; })), "inflation");
-  expectRefusal(ask(with([](auto& r) { r.unknown = 2; })), "UNKNOWN_PASSES");
+  expectRefusal(ask(with([](auto& r) { r.unknown = 2; })), "UNKNOWN_FREE");
   const auto none = ask(CheckBoxes::Request());
   expectHead(none);
   EXPECT_TRUE(none.occupancy.empty()) << "no boxes are no fault";
@@ -132,7 +132,7 @@ TEST_F(CheckAnswers, TellWhereAPathIsBlockedFirst) {
   EXPECT_EQ(response.occupancy[0], CheckPath::Response::UNKNOWN);
   EXPECT_NEAR(response.free_length[0], 1.4, 1e-5);
   EXPECT_NEAR(response.length[0], 1.45, 1e-9);
-  request.unknown = CheckPath::Request::UNKNOWN_PASSES;
+  request.unknown = CheckPath::Request::UNKNOWN_FREE;
   EXPECT_TRUE(answer<CheckPath>(in_frame_, request).free[0]);
   request.inflation = 0.01;  // Wider than the door.
   response = answer<CheckPath>(in_frame_, request);
@@ -177,7 +177,7 @@ TEST_F(CheckAnswers, TellWhatRaysHit) {
   EXPECT_EQ(response.first_unknown[0], INFINITY);
   EXPECT_NEAR(response.first_unknown[1], 1.45, 1e-9);
 
-  request.unknown = CastRays::Request::UNKNOWN_PASSES;
+  request.unknown = CastRays::Request::UNKNOWN_FREE;
   response = answer<CastRays>(in_frame_, request);
   EXPECT_EQ(response.end[1], CastRays::Request::END_MAX_RANGE);
   EXPECT_NEAR(response.distance[1], 3.0, 1e-9);

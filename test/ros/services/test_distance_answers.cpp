@@ -18,7 +18,7 @@ class DistanceAnswers : public test::MapInFrameTest {
     GetDistances::Request request;
     request.points = {point(0.55, 0.15, 0.55), point(1.05, 0.15, 0.55), point(0.55, 0.15, 0.45)};
     request.max_distance = 0.45;
-    request.unknown = GetDistances::Request::UNKNOWN_PASSES;
+    request.unknown = GetDistances::Request::UNKNOWN_FREE;
     return request;
   }
   static GetFrontiers::Request makeTask() {
@@ -42,7 +42,7 @@ TEST_F(DistanceAnswers, TellHowFarObstaclesAre) {
   EXPECT_NEAR(response.distance[0], 0.5, 1e-9);
   EXPECT_NEAR(response.gradient[0].x, -1.0, 1e-9);
   EXPECT_EQ(response.gradient[1].x, 0.0);
-  request.unknown = GetDistances::Request::UNKNOWN_BLOCKS;
+  request.unknown = GetDistances::Request::UNKNOWN_OBSTACLE;
   response = answer<GetDistances>(in_frame_, request);
   EXPECT_NEAR(response.distance[0], 0.2, 1e-9) << "below the room";
   EXPECT_NEAR(response.gradient[0].y, 1.0, 1e-9);

@@ -51,7 +51,7 @@ TEST_F(PoseAnswers, TakeSpheresInflationAndUnknownSpaceIntoAccount) {
   auto response = answer<CheckPoses>(in_frame_, request);
   EXPECT_EQ(response.part[0], 1) << "it reaches out of the room";
   EXPECT_EQ(response.occupancy[0], CheckPoses::Response::UNKNOWN);
-  request.unknown = CheckPoses::Request::UNKNOWN_PASSES;
+  request.unknown = CheckPoses::Request::UNKNOWN_FREE;
   EXPECT_TRUE(answer<CheckPoses>(in_frame_, request).free[0]);
   request.inflation = 0.02;
   response = answer<CheckPoses>(in_frame_, request);
@@ -62,7 +62,7 @@ TEST_F(PoseAnswers, TakeSpheresInflationAndUnknownSpaceIntoAccount) {
 TEST_F(PoseAnswers, InflateABodyOnce) {
   CheckPoses::Request request;
   request.poses = {yawed(1.05, 0.45, 0.0)};  // 0.15 m from both sides of the door.
-  request.unknown = CheckPoses::Request::UNKNOWN_PASSES;
+  request.unknown = CheckPoses::Request::UNKNOWN_FREE;
   request.inflation = 0.03;
   request.spheres = {point(0, 0, 0)};
   request.radii = {0.11};
@@ -108,7 +108,7 @@ TEST_F(PoseAnswers, RefuseWhatIsNoPoseOrNoBody) {
   expectRefusal(ask([](auto& r) { r.sizes[0].z = 1000.0; }), "at most 409.6 m");
   expectRefusal(ask([](auto& r) { r.inflation = -0.1; }), "inflation");
   expectRefusal(ask([](auto& r) { r.inflation = 1000.0; }), "at most 409.6 m");
-  expectRefusal(ask([](auto& r) { r.unknown = 7; }), "UNKNOWN_PASSES");
+  expectRefusal(ask([](auto& r) { r.unknown = 7; }), "UNKNOWN_FREE");
   expectRefusal(ask([](auto& r) {
                   r.boxes.clear();
                   r.sizes.clear();

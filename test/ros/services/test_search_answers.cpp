@@ -80,7 +80,7 @@ TEST_F(SearchAnswers, TellTheNearestPlaceOfABox) {
   expectNear(response.place[0], 1.05, 0.45, 0.5);
   EXPECT_NEAR(response.distance[1], std::hypot(0.2, 0.05), 1e-6);
   EXPECT_EQ(response.distance[2], INFINITY);
-  request.unknown = FindNearestFree::Request::UNKNOWN_PASSES;
+  request.unknown = FindNearestFree::Request::UNKNOWN_FREE;
   EXPECT_TRUE(answer<FindNearestFree>(in_frame_, request).found[2]);
   request.max_distance = 0.0;
   expectRefusal(answer<FindNearestFree>(in_frame_, request), "max_distance");
@@ -220,7 +220,7 @@ TEST_F(SearchAnswers, SayWhyThereIsNoCorridor) {
   response = answer<FindCorridor>(in_frame_, request);
   EXPECT_EQ(response.result, FindCorridor::Response::GOAL_BLOCKED);
   EXPECT_NE(response.info.message.find("goal touches unknown space"), std::string::npos);
-  request.unknown = FindCorridor::Request::UNKNOWN_PASSES;
+  request.unknown = FindCorridor::Request::UNKNOWN_FREE;
   EXPECT_EQ(answer<FindCorridor>(in_frame_, request).result, FindCorridor::Response::FOUND);
   request.use_region = true;
   request.region = box({0, 0, 0}, {2, 1, 1});

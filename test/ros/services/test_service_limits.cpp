@@ -80,7 +80,7 @@ TEST_F(ServiceLimitsTest, LeavePathsBlockedThatAreNotAnswered) {
   const auto modest = answer<CheckPath>(in_frame_, request);
   EXPECT_EQ(modest.info.answered, 3U);
   request.inflation = 4000.0;  // A box of 8 km.
-  request.unknown = CheckPath::Request::UNKNOWN_PASSES;
+  request.unknown = CheckPath::Request::UNKNOWN_FREE;
   request.waypoints = {point(-5000, 0, 0), point(0.5, 0.5, 0.5)};
   request.lengths = {1, 1};
   const auto cut = answer<CheckPath>(withBricks(100000), request);
@@ -97,7 +97,7 @@ TEST_F(ServiceLimitsTest, LetRaysEndAtOnceThatAreNotAnswered) {
   request.origins = {point(0.5, 0.5, 0.5), point(0.5, 0.5, 0.5)};
   request.directions = {vector(1, 0, 0), vector(1, 0, 0)};
   request.max_range = 5e7;
-  request.unknown = CastRays::Request::UNKNOWN_PASSES;
+  request.unknown = CastRays::Request::UNKNOWN_FREE;
   EXPECT_EQ(answer<CastRays>(in_frame_, request).info.answered, 2U)
       << "what is outside is passed at once";
   request.inflation = 100.0;

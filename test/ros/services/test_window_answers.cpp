@@ -94,7 +94,7 @@ TEST_F(WindowAnswers, OfAPathThatPassesAPartOfWhichNoWaypointIsIn) {
   cuboid_mapping::CheckPath::Request request;
   request.waypoints = {point(-9.0, 0.45, 0.5), point(9.0, 0.45, 0.5)};
   request.size = vector(0.1, 0.1, 0.1);
-  request.unknown = cuboid_mapping::CheckPath::Request::UNKNOWN_PASSES;
+  request.unknown = cuboid_mapping::CheckPath::Request::UNKNOWN_FREE;
   EXPECT_TRUE(ask<cuboid_mapping::CheckPath>(request).free[0]);  // Through the door.
 }
 
@@ -103,7 +103,7 @@ TEST_F(WindowAnswers, OfRays) {
   request.origins = {point(-9.0, 0.1, 0.5)};
   request.directions = {vector(1.0, 0.0, 0.0)};
   request.max_range = 30.0;
-  request.unknown = cuboid_mapping::CastRays::Request::UNKNOWN_PASSES;
+  request.unknown = cuboid_mapping::CastRays::Request::UNKNOWN_FREE;
   EXPECT_NEAR(ask<cuboid_mapping::CastRays>(request).distance[0], 10.0, 1e-6);
 }
 

@@ -148,12 +148,14 @@ void MarkerCache::readPage(const CuboidMap& map, const Cell& page) {
   const auto add = [&](const Cuboid& cuboid) {
     if (!box.contains(cuboid.box.min)) return Visit::kContinue;
     const double probability =
-        showsProbability() ? meanProbability(map, cuboid.box).value_or(0.0) : 0.0;
+        showsProbability() ? meanProbability(map, cuboid.box, Budget::unlimited()).valueOr(0.0)
+                           : 0.0;
     appendCubes(cuboid.box, static_cast<float>(probability), cubes);
     return Visit::kContinue;
   };
   if (style_.are_joined) {
-    for (const Cuboid& cuboid : joinCuboids(map, box, style_.filter)) add(cuboid);
+    const auto joined = joinCuboids(map, box, style_.filter, Budget::unlimited());
+    for (const Cuboid& cuboid : joined.value) add(cuboid);
   } else {
     visitBox(map, box, style_.filter, add);
   }

@@ -34,39 +34,38 @@ struct BoxContent {
 
 BoxContent lookInto(const CuboidMap& map, const CellBox& box, Budget& budget) {
   BoxContent content;
-  content.volumes = queryBox(map, box, CuboidOutput::kNone, CuboidFilter::kAll, budget);
-  if (const auto log_odds = maxLogOdds(map, box, budget)) {
+  content.volumes = queryCells(map, box, budget).value;
+  if (const auto log_odds = maxLogOdds(map, box, budget); log_odds.isFound()) {
     content.max_probability = static_cast<float>(toProbability(*log_odds));
   }
   return content;
 }
 
 /// As selectCuboids(), for joined cuboids.
-SelectedCuboids selectJoined(const CuboidMap& map, const CellBox& region,
-                             const CuboidSelection& selection, Budget& budget) {
-  SelectedCuboids selected;
-  for (const Cuboid& cuboid : joinCuboids(map, region, selection.filter, budget)) {
+Answer<std::vector<Cuboid>> selectJoined(const CuboidMap& map, const CellBox& region,
+                                         const CuboidSelection& selection, Budget& budget) {
+  std::vector<Cuboid> selected;
+  bool is_cut = false;
+  for (const Cuboid& cuboid : joinCuboids(map, region, selection.filter, budget).value) {
     const Cell size = cuboid.box.size();
     if (std::min({size.x, size.y, size.z}) < selection.min_edge) continue;
-    if (selected.cuboids.size() == selection.max_cuboids || !budget.addEntries()) {
-      selected.is_truncated = true;
-      break;
-    }
-    selected.cuboids.push_back(cuboid);
+    is_cut = selected.size() == selection.max_cuboids || !budget.addEntries();
+    if (is_cut) break;
+    selected.push_back(cuboid);
   }
-  selected.is_truncated = selected.is_truncated || budget.isSpent();
-  return selected;
+  return answerWithAll(std::move(selected), !is_cut && !budget.isSpent());
 }
 
-/// Adds selected cuboids to an answer. @return Whether there are more.
-bool addCuboids(const CuboidMap& map, const SelectedCuboids& selected, Budget& budget,
+/// Adds selected cuboids to an answer, with probabilities of the same revision: nobody else gets a turn.
+/// @return Whether there are more.
+bool addCuboids(const CuboidMap& map, const Answer<std::vector<Cuboid>>& selected, Budget& budget,
                 std::vector<MapCuboid>& cuboids) {
-  cuboids.reserve(selected.cuboids.size());
-  for (const Cuboid& cuboid : selected.cuboids) {
-    if (!budget.spendAndYield()) break;
+  cuboids.reserve(selected.value.size());
+  for (const Cuboid& cuboid : selected.value) {
+    if (!budget.spend()) break;
     cuboids.push_back(cuboidMessage(map, cuboid, budget));
   }
-  return selected.is_truncated;
+  return selected.status == AnswerStatus::kBudgetSpent;
 }
 
 std::size_t toLimit(std::uint32_t limit) {
@@ -133,7 +132,7 @@ void answer(ServiceCall& call, const CheckBoxes::Request& request, CheckBoxes::R
     if (budget.isSpent()) return;
     const Occupancy occupancy = content.volumes.occupancy();
     const bool is_free = occupancy == Occupancy::kFree ||
-                         (occupancy == Occupancy::kUnknown && policy == UnknownPolicy::kPass);
+                         (occupancy == Occupancy::kUnknown && policy == UnknownPolicy::kFree);
     response.blocked[i] = static_cast<std::uint8_t>(!is_free);
     response.occupancy[i] = static_cast<std::uint8_t>(occupancy);
     response.free_volume[i] = content.volumes.free_volume_m3;
@@ -155,9 +154,8 @@ void answer(ServiceCall& call, const GetCuboids::Request& request, GetCuboids::R
       request.everything != 0 ? kAllCells : call.box(request.region, request.inflation, {"region"});
   call.requireLoaded(region);
   call.read(kCuboidBytes, [&](const CuboidMap& map, Budget& budget) {
-    const SelectedCuboids selected = request.joined != 0
-                                         ? selectJoined(map, region, selection, budget)
-                                         : selectCuboids(map, region, selection, budget);
+    const auto selected = request.joined != 0 ? selectJoined(map, region, selection, budget)
+                                              : selectCuboids(map, region, selection, budget);
     noteCut(call, budget, addCuboids(map, selected, budget, response.cuboids));
   });
 }
@@ -173,12 +171,12 @@ void answer(ServiceCall& call, const GetFreeGraph::Request& request,
     passage = *size;
   }
   call.read(kPortalBytes, [&](const CuboidMap& map, Budget& budget) {
-    const auto graph = buildFreeGraph(map, region, passage, toLimit(request.limit), budget);
-    noteCut(call, budget, graph.is_truncated);
-    for (const Cuboid& cuboid : graph.cuboids) {
+    const auto graph = buildFreeGraph(map, region, passage, budget, toLimit(request.limit));
+    noteCut(call, budget, graph.status == AnswerStatus::kBudgetSpent);
+    for (const Cuboid& cuboid : graph.value.cuboids) {
       response.cuboids.push_back(boxMessage(map.grid(), cuboid.box));
     }
-    for (const auto& portal : graph.portals) {
+    for (const auto& portal : graph.value.portals) {
       response.first.push_back(portal.first);
       response.second.push_back(portal.second);
       response.portals.push_back(boxMessage(map.grid(), portal.face));

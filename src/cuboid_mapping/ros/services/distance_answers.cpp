@@ -52,9 +52,9 @@ void answer(ServiceCall& call, const GetDistances::Request& request,
   call.readEach(kDistancePoints, points.size(),
                 [&](const CuboidMap& map, std::size_t i, Budget& budget) {
                   const auto found = findObstacleDistance(map, points[i], max_m, policy, budget);
-                  if (!found) return;
-                  response.distance[i] = found->distance_m;
-                  response.gradient[i] = toVector3(found->gradient_map);
+                  if (budget.isSpent()) return;
+                  response.distance[i] = found.value.distance_m;
+                  response.gradient[i] = toVector3(found.value.gradient_map);
                 });
 }
 
@@ -63,10 +63,8 @@ void answer(ServiceCall& call, const GetFrontiers::Request& request,
   const FrontierTask task = readTask(call, request);
   call.read(kFrontierBytes, [&](const CuboidMap& map, Budget& budget) {
     const auto found = findFrontiers(map, task, budget);
-    if (!found.is_valid) {
-      throw Refusal("size or max_distance is larger than any map: give both in metres");
-    }
-    for (const Frontier& frontier : found.frontiers) {
+    if (!found.fault.empty()) throw Refusal(found.fault);
+    for (const Frontier& frontier : found.value) {
       response.center.push_back(toPoint(frontier.center_map));
       response.found.push_back(static_cast<std::uint8_t>(frontier.place_map.has_value()));
       response.place.push_back(toPoint(frontier.place_map.value_or(frontier.center_map)));
@@ -96,7 +94,7 @@ void answer(ServiceCall& call, const FindNearest::Request& request,
     call.requireLoaded(box.value_or(kAllCells));
   }
   const auto answer_point = [&](const CuboidMap& map, std::size_t i, Budget& budget) {
-    const auto nearest = findNearest(map, points[i], request.k, filter, max_m, budget);
+    const auto nearest = findNearest(map, points[i], request.k, filter, budget, max_m).value;
     if (budget.isSpent()) return;
     response.counts.push_back(static_cast<std::uint32_t>(nearest.size()));
     for (const NearestCuboid& near : nearest) {
@@ -123,10 +121,10 @@ void answer(ServiceCall& call, const FindNearestFree::Request& request,
   response.distance.assign(points.size(), std::numeric_limits<double>::infinity());
   const auto answer_point = [&](const CuboidMap& map, std::size_t i, Budget& budget) {
     const auto place = findNearestFit(map, points[i], size_m, policy, max_m, budget);
-    if (!place) return;
+    if (!place.isFound()) return;
     response.found[i] = static_cast<std::uint8_t>(true);
-    response.place[i] = toPoint(*place);
-    response.distance[i] = (*place - points[i]).norm();
+    response.place[i] = toPoint(place->center_map);
+    response.distance[i] = place->distance_m;
   };
   call.readEach(kPlacePoints, points.size(), answer_point);
 }

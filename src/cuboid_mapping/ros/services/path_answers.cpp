@@ -61,7 +61,7 @@ struct PathTask {
   Eigen::Vector3d around_m;
 };
 
-/// @param check  (const CuboidMap&, std::size_t path, Budget&) -> PathQueryResult.
+/// @param check  (const CuboidMap&, std::size_t path, Budget&) -> Answer<PathContact>.
 template <typename CheckT>
 void answerPaths(ServiceCall& call, const PathTask& task, CheckPath::Response& response,
                  const CheckT& check) {
@@ -76,16 +76,17 @@ void answerPaths(ServiceCall& call, const PathTask& task, CheckPath::Response& r
   response.free_length.assign(paths.size(), 0.0);
   response.length.assign(paths.size(), 0.0);
   call.readEach(kPaths, paths.size(), [&](const CuboidMap& map, std::size_t i, Budget& budget) {
-    const PathQueryResult result = check(map, i, budget);
+    const Answer<PathContact> contact = check(map, i, budget);
     if (budget.isSpent()) return;
-    const auto& contact = result.contact;
-    const Occupancy occupancy = contact ? map.voxels().at(contact->voxel) : Occupancy::kFree;
-    response.free[i] = static_cast<std::uint8_t>(result.isFree());
-    response.segment[i] = contact ? static_cast<std::int32_t>(contact->segment) : -1;
-    response.point[i] = toPoint(contact ? contact->point_map : paths[i].back());
+    const bool is_met = contact.isFound();
+    const double length_m = lengthOf(paths[i]);
+    const Occupancy occupancy = is_met ? map.voxels().at(contact->voxel) : Occupancy::kFree;
+    response.free[i] = static_cast<std::uint8_t>(contact.isNotFound());
+    response.segment[i] = is_met ? static_cast<std::int32_t>(contact->segment) : -1;
+    response.point[i] = toPoint(is_met ? contact->point_map : paths[i].back());
     response.occupancy[i] = static_cast<std::uint8_t>(occupancy);
-    response.free_length[i] = contact ? contact->distance_m : result.length_m;
-    response.length[i] = result.length_m;
+    response.free_length[i] = is_met ? contact->distance_m : length_m;
+    response.length[i] = length_m;
   });
 }
 
@@ -118,12 +119,10 @@ std::vector<PosesOfPath> readAllPoses(const ServiceCall& call, const CheckPath::
   return all;
 }
 
-PathQueryResult toPathResult(const MotionQueryResult& motion) {
-  PathQueryResult result{motion.answer, motion.length_m, std::nullopt};
-  if (!motion.contact) return result;
-  result.contact = {motion.contact->segment, motion.contact->distance_m,
-                    motion.contact->T_map_body.translation(), motion.contact->contact.voxel};
-  return result;
+Answer<PathContact> toPathContact(const Answer<MotionContact>& motion) {
+  if (!motion.isFound()) return motion.status;
+  return PathContact{motion->segment, motion->distance_m, motion->T_map_body.translation(),
+                     motion->contact.voxel};
 }
 
 void answerTurning(ServiceCall& call, const CheckPath::Request& request,
@@ -135,10 +134,10 @@ void answerTurning(ServiceCall& call, const CheckPath::Request& request,
     response.orientation.push_back(tf2::toMsg(path.front()).orientation);
   }
   const auto check = [&](const CuboidMap& map, std::size_t i, Budget& budget) {
-    const MotionQueryResult motion = checkMotion(map, body, poses[i], policy, budget);
-    const auto& last_map = motion.contact ? motion.contact->T_map_body : poses[i].back();
+    const auto motion = checkMotion(map, body, poses[i], policy, budget);
+    const auto& last_map = motion.isFound() ? motion->T_map_body : poses[i].back();
     if (!budget.isSpent()) response.orientation[i] = tf2::toMsg(last_map).orientation;
-    return toPathResult(motion);
+    return toPathContact(motion);
   };
   answerPaths(call, {paths, Eigen::Vector3d::Constant(2.0 * reachOf(body))}, response, check);
 }
@@ -213,13 +212,13 @@ void answer(ServiceCall& call, const CheckPoses::Request& request, CheckPoses::R
   response.part.assign(poses.size(), -1);
   response.occupancy.assign(poses.size(), CheckPoses::Response::UNKNOWN);
   call.readEach(kPoses, poses.size(), [&](const CuboidMap& map, std::size_t i, Budget& budget) {
-    const auto result = checkPoses(map, body, {poses[i]}, policy, budget).front();
+    const auto contact = checkPoses(map, body, {poses[i]}, policy, budget).front();
     if (budget.isSpent()) return;
-    response.free[i] = static_cast<std::uint8_t>(result.isFree());
+    response.free[i] = static_cast<std::uint8_t>(contact.isNotFound());
     response.occupancy[i] = CheckPoses::Response::FREE;
-    if (!result.contact) return;
-    const Cell& voxel = result.contact->voxel;
-    response.part[i] = static_cast<std::int32_t>(result.contact->part);
+    if (!contact.isFound()) return;
+    const Cell& voxel = contact->voxel;
+    response.part[i] = static_cast<std::int32_t>(contact->part);
     response.point[i] = toPoint(map.grid().centerOf(CellBox::ofCell(voxel)));
     response.occupancy[i] = static_cast<std::uint8_t>(map.voxels().at(voxel));
   });

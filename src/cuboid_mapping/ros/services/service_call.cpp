@@ -229,9 +229,9 @@ double ServiceCall::positive(double value, const char* name) {
 }
 
 UnknownPolicy ServiceCall::policy(std::uint8_t unknown) {
-  if (unknown <= 1) return unknown == 0 ? UnknownPolicy::kStop : UnknownPolicy::kPass;
+  if (unknown <= 1) return static_cast<UnknownPolicy>(unknown);
   throw Refusal("unknown is " + std::to_string(unknown) +
-                ": use UNKNOWN_BLOCKS (0) or UNKNOWN_PASSES (1)");
+                ": use UNKNOWN_OBSTACLE (0) or UNKNOWN_FREE (1)");
 }
 
 CuboidFilter ServiceCall::classes(std::uint8_t classes) {
@@ -297,7 +297,7 @@ MapCuboid cuboidMessage(const CuboidMap& map, const Cuboid& cuboid, Budget& budg
   MapCuboid message;
   message.min = box.min;
   message.max = box.max;
-  message.probability = static_cast<float>(meanProbability(map, cuboid.box, budget).value_or(0.0));
+  message.probability = static_cast<float>(meanProbability(map, cuboid.box, budget).valueOr(0.0));
   message.occupancy = static_cast<std::uint8_t>(cuboid.occupancy);
   return message;
 }

@@ -16,14 +16,6 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-constexpr int toInt(CorridorEnd end) { return static_cast<int>(end); }
-static_assert(FindCorridor::Response::NOT_SEARCHED == toInt(CorridorEnd::kInvalid));
-static_assert(FindCorridor::Response::FOUND == toInt(CorridorEnd::kFound));
-static_assert(FindCorridor::Response::START_BLOCKED == toInt(CorridorEnd::kStartBlocked));
-static_assert(FindCorridor::Response::GOAL_BLOCKED == toInt(CorridorEnd::kGoalBlocked));
-static_assert(FindCorridor::Response::NO_WAY == toInt(CorridorEnd::kNoWay));
-static_assert(FindCorridor::Response::TIME_LIMIT == toInt(CorridorEnd::kBudgetSpent));
-
 constexpr Entries kRays{"rays", 49};
 constexpr std::size_t kCorridorBytes = 200;
 constexpr std::size_t kPoseBytes = 100;
@@ -68,27 +60,28 @@ struct RayTask {
   UnknownPolicy policy;
 };
 
-/// Casts the thick ray, and the line in its middle; nothing if the budget is spent. `point_map` is not set.
-std::optional<RayQueryResult> cast(const CuboidMap& map, const Ray& ray, const RayTask& task,
-                                   Budget& budget) {
+/// Casts the thick ray, and the line in its middle. `point_map` is not set.
+Answer<RayQueryResult> cast(const CuboidMap& map, const Ray& ray, const RayTask& task,
+                            Budget& budget) {
   RayQueryResult result;
   result.distance_m = task.max_range_m;
   if (task.thickness_m > 0.0) {
     const std::vector<Eigen::Vector3d> path{ray.origin_map, ray.at(task.max_range_m)};
     const auto swept =
         checkPath(map, path, Eigen::Vector3d::Constant(task.thickness_m), task.policy, budget);
-    if (swept.contact) {
-      const Occupancy met = map.voxels().at(swept.contact->voxel);
-      result.distance_m = swept.contact->distance_m;
+    if (swept.isFound()) {
+      const Occupancy met = map.voxels().at(swept->voxel);
+      result.distance_m = swept->distance_m;
       result.end = met == Occupancy::kOccupied ? RayEnd::kOccupied : RayEnd::kUnknown;
     }
   }
   // The line has no length if the thick ray is blocked at the start.
-  const auto line = result.distance_m > 0.0 ? castRay(map, ray.origin_map, ray.direction_map,
-                                                      result.distance_m, task.policy, budget)
-                                            : std::nullopt;
-  if (budget.isSpent()) return std::nullopt;
-  if (!line) return result;
+  Answer<RayQueryResult> line;
+  if (result.distance_m > 0.0) {
+    line = castRay(map, ray.origin_map, ray.direction_map, result.distance_m, task.policy, budget);
+  }
+  if (budget.isSpent()) return AnswerStatus::kBudgetSpent;
+  if (!line.isFound()) return result;
   const bool is_nearer = line->end != RayEnd::kMaxRange;
   result.first_unknown_m = line->first_unknown_m;
   result.unknown_length_m = line->unknown_length_m;
@@ -109,7 +102,6 @@ CorridorTask readTask(ServiceCall& call, const FindCorridor::Request& request) {
   task.start_map = call.point(request.start, {"start"});
   task.goal_map = call.point(request.goal, {"goal"});
   task.size_m = call.size(request.size, request.inflation);
-  task.policy = ServiceCall::policy(request.unknown);
   for (const Eigen::Vector3d& point : {task.start_map, task.goal_map}) {
     call.requireCells(boxAround(point, task.size_m));
   }
@@ -127,32 +119,48 @@ std::string explainBlocked(const std::string& end, const Blocker& blocker, const
   return subject + "touches unknown space: " + advice + ", or treat unknown space as free";
 }
 
-Blocker findBlocker(const CuboidMap& map, const CorridorTask& task,
+Blocker findBlocker(const CuboidMap& map, const CorridorTask& task, UnknownPolicy /*policy*/,
                     const Eigen::Vector3d& center_map) {
   const auto cells = map.grid().toCellBox(boxAround(center_map, task.size_m));
   if (!cells || (task.region && !task.region->contains(*cells))) return std::nullopt;
   return isAnyOccupied(map, *cells) ? Occupancy::kOccupied : Occupancy::kUnknown;
 }
 
-Blocker findBlocker(const CuboidMap& map, const PosePathTask& task, const Eigen::Isometry3d& pose) {
-  const auto contact = checkPoses(map, task.body, {pose}, task.policy).front().contact;
-  if (!contact) return std::nullopt;
+Blocker findBlocker(const CuboidMap& map, const PosePathTask& task, UnknownPolicy policy,
+                    const Eigen::Isometry3d& pose) {
+  const auto contact = checkPoses(map, task.body, {pose}, policy, Budget::unlimited()).front();
+  if (!contact.isFound()) return std::nullopt;
   return map.voxels().at(contact->voxel);
 }
 
-/// @param advice  What to do about a place that is blocked. @param task  With start_map and goal_map.
-template <typename TaskT>
-std::string explainEnd(const CuboidMap& map, const TaskT& task, CorridorEnd end,
-                       const char* advice) {
-  switch (end) {
-    case CorridorEnd::kStartBlocked:
-      return explainBlocked("start", findBlocker(map, task, task.start_map), advice);
-    case CorridorEnd::kGoalBlocked:
-      return explainBlocked("goal", findBlocker(map, task, task.goal_map), advice);
-    case CorridorEnd::kNoWay:
+template <typename WayT>
+std::uint8_t resultOf(const Answer<WayT>& way) {
+  using Code = FindCorridor::Response;
+  switch (way.status) {
+    case AnswerStatus::kFound: return Code::FOUND;
+    case AnswerStatus::kInvalid: return Code::NOT_SEARCHED;
+    case AnswerStatus::kBudgetSpent: return Code::TIME_LIMIT;
+    default: break;
+  }
+  switch (way.value.blocked) {
+    case Blocked::kStart: return Code::START_BLOCKED;
+    case Blocked::kGoal: return Code::GOAL_BLOCKED;
+    default: return Code::NO_WAY;
+  }
+}
+
+/// @param task  With start_map and goal_map. @param advice  What to do about a place that is blocked.
+template <typename WayT, typename TaskT>
+std::string explainWay(const CuboidMap& map, const TaskT& task, UnknownPolicy policy,
+                       const Answer<WayT>& way, const char* advice) {
+  if (!way.isNotFound()) return way.fault;  // It was found, or see noteEnd().
+  switch (way.value.blocked) {
+    case Blocked::kStart:
+      return explainBlocked("start", findBlocker(map, task, policy, task.start_map), advice);
+    case Blocked::kGoal:
+      return explainBlocked("goal", findBlocker(map, task, policy, task.goal_map), advice);
+    default:
       return "there is no way: everything that the robot can reach from the start was searched";
-    case CorridorEnd::kInvalid: return "the request is invalid";
-    default: return {};  // It was found, or see noteEnd().
   }
 }
 
@@ -174,7 +182,6 @@ PosePathTask readTurningTask(ServiceCall& call, const FindCorridor::Request& req
   task.body = readTurningBox(call, request.size, request.inflation);
   task.start_map = readHeaded(call, request.start, {"start"}, request.headings[0]);
   task.goal_map = readHeaded(call, request.goal, {"goal"}, request.headings[1]);
-  task.policy = ServiceCall::policy(request.unknown);
   task.may_climb = request.climb != 0;
   const Eigen::Vector3d around_m = Eigen::Vector3d::Constant(2.0 * reachOf(task.body));
   for (const Eigen::Isometry3d& pose : {task.start_map, task.goal_map}) {
@@ -188,17 +195,18 @@ PosePathTask readTurningTask(ServiceCall& call, const FindCorridor::Request& req
 
 void answerTurning(ServiceCall& call, const FindCorridor::Request& request, double limit_s,
                    FindCorridor::Response& response) {
+  const UnknownPolicy policy = ServiceCall::policy(request.unknown);
   const PosePathTask task = readTurningTask(call, request);
   const auto search = [&](const CuboidMap& map, Budget& budget) {
-    const PosePath path = findPosePath(map, task, budget);
-    response.result = static_cast<std::uint8_t>(path.end);
-    response.length = path.length_m;
+    const auto path = findPosePath(map, task, policy, budget);
+    call.info().revision = map.revision();
+    response.result = resultOf(path);
+    response.length = path.value.length_m;
     response.path.header = call.info().header;
-    for (const Eigen::Isometry3d& pose : path.T_map_body) addPose(pose, response.path);
+    for (const Eigen::Isometry3d& pose : path.value.T_map_body) addPose(pose, response.path);
     call.info().message =
-        explainEnd(map, task, path.end, "ask ~check_poses for another place or heading");
-    call.noteEnd(budget, path.end == CorridorEnd::kFound ? "the path has more poses than it needs"
-                                                         : kGiveMore);
+        explainWay(map, task, policy, path, "ask ~check_poses for another place or heading");
+    call.noteEnd(budget, path.isFound() ? "the path has more poses than it needs" : kGiveMore);
   };
   call.read(kPoseBytes, search, limit_s);
 }
@@ -224,7 +232,7 @@ void answer(ServiceCall& call, const CastRays::Request& request, CastRays::Respo
   response.unknown_length.assign(rays.size(), 0.0);
   call.readEach(kRays, rays.size(), [&](const CuboidMap& map, std::size_t i, Budget& budget) {
     const auto result = cast(map, rays[i], task, budget);
-    if (!result) return;
+    if (!result.isFound()) return;
     constexpr double kNever = std::numeric_limits<double>::infinity();
     response.end[i] = codeOf(result->end);
     response.distance[i] = result->distance_m;
@@ -239,10 +247,13 @@ void answer(ServiceCall& call, const FindCorridor::Request& request,
   const double asked_s = ServiceCall::notNegative(request.time_limit, "time_limit");
   const double limit_s = asked_s == 0.0 ? kTimeLimit_s : asked_s;
   if (!request.headings.empty()) return answerTurning(call, request, limit_s, response);
+  const UnknownPolicy policy = ServiceCall::policy(request.unknown);
   const CorridorTask task = readTask(call, request);
   const auto search = [&](const CuboidMap& map, Budget& budget) {
-    const Corridor corridor = findCorridor(map, task, budget);
-    response.result = static_cast<std::uint8_t>(corridor.end);
+    const auto answer = findCorridor(map, task, policy, budget);
+    const Corridor& corridor = answer.value;
+    call.info().revision = map.revision();
+    response.result = resultOf(answer);
     response.length = corridor.length_m;
     for (const CellBox& box : corridor.boxes) response.boxes.push_back(boxMessage(map.grid(), box));
     for (const auto& portal : corridor.portals_map) response.portals.push_back(toPoint(portal));
@@ -250,10 +261,10 @@ void answer(ServiceCall& call, const FindCorridor::Request& request,
     for (const Eigen::Vector3d& point : corridor.path_map) {
       addPose(Eigen::Isometry3d(Eigen::Translation3d(point)), response.path);
     }
-    call.info().message = explainEnd(map, task, corridor.end, "ask ~nearest_free for a free place");
-    call.noteEnd(budget, corridor.end == CorridorEnd::kFound
-                             ? "the boxes are not as large as they can be"
-                             : kGiveMore);
+    call.info().message =
+        explainWay(map, task, policy, answer, "ask ~nearest_free for a free place");
+    call.noteEnd(budget,
+                 answer.isFound() ? "the boxes are not as large as they can be" : kGiveMore);
   };
   call.read(kCorridorBytes, search, limit_s);
 }

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/query/answer.h"
+#include "cuboid_mapping/query/budget.h"
+
+namespace cuboid_mapping {
+
+/// Searches until what was found holds in the map as it is in the end: others may change the map during a search
+/// (MapUnlock), which then has seen two revisions.
+/// @param search  () -> Answer<T>. @param holds  (const T&) -> bool; looks at the map without letting others in.
+template <typename SearchT, typename HoldsT>
+auto searchUntilItHolds(const CuboidMap& map, Budget& budget, const SearchT& search,
+                        const HoldsT& holds) -> decltype(search()) {
+  while (budget.lookNow()) {
+    const std::uint64_t revision = map.revision();
+    auto answer = search();
+    if (!answer.isFound() || map.revision() == revision || holds(answer.value)) return answer;
+  }
+  return AnswerStatus::kBudgetSpent;
+}
+
+}  // namespace cuboid_mapping
