@@ -64,7 +64,7 @@ int merge(const Options& options) {
   MapSnapshot map = readMapFile(options.first).snapshot;
   throwIfInterrupted();
   const MergeRule rule = *mergeRuleOfName(options.rule);
-  const MapOverlap overlap = mergeMaps(readSecond(options, map), rule, map);
+  const MapOverlap overlap = mergeMaps(map, readSecond(options, map), rule);
   throwIfInterrupted();
   const std::size_t num_bytes = writeMapFile(options.output, map, showProgress("bricks written"));
   std::cout << options.output << ": " << describeContent(map, *format) << ", " << num_bytes

@@ -151,6 +151,24 @@ TEST(LockOfCuboidMap, staysWhenAnotherMapTakesItsPlace) {
   EXPECT_EQ(other.voxels().at({0, 0, 0}), Occupancy::kOccupied);
 }
 
+TEST(CuboidMap, isNotExchangedWithOneOfAnotherConfig) {
+  CuboidMap map;
+  const CellBox box{{0, 0, 0}, {4, 4, 4}};
+  map.replace(kAllCells, {UniformBox{box, 1.0F}});
+  const auto expect_refusal = [&](auto change) {
+    MapConfig config = map.config();
+    change(config);
+    CuboidMap other(config);
+    EXPECT_THROW(map.exchange(other), std::invalid_argument);
+    EXPECT_EQ(map.voxels().numOccupiedVoxels(), 64.0);
+  };
+  expect_refusal([](MapConfig& config) { config.resolution_m *= 2.0; });
+  expect_refusal([](MapConfig& config) { config.fusion = FusionKind::kGrowth; });
+  expect_refusal([](MapConfig& config) { config.environment = Environment::kStatic; });
+  expect_refusal([](MapConfig& config) { config.sensor_model.hit = 0.8; });
+  expect_refusal([](MapConfig& config) { config.rtree.max_branches += 1; });
+}
+
 TEST(LockOfCuboidMap, keepsCloudsAndNothingElseFromChangingVoxels) {
   Random random(53);
   CuboidMap map;

@@ -230,7 +230,7 @@ TEST(MergeMaps, followsItsRuleInEachVoxel) {
       for (auto& [cell, value] : expected) value = std::clamp(value, model.min(), model.max());
       MapSnapshot merged = first;
       merged.cuboids = {Cuboid{}};
-      const MapOverlap overlap = mergeMaps(second, rule, merged);
+      const MapOverlap overlap = mergeMaps(merged, second, rule);
       EXPECT_TRUE(merged.cuboids.empty()) << "they were those of the first map";
       EXPECT_EQ(voxelsOf(merged.bricks), expected) << toString(rule) << seedNote(i);
       EXPECT_FALSE(findFault(merged)) << seedNote(i);
@@ -250,7 +250,7 @@ TEST(MergeMaps, refusesAnotherResolution) {
   MapSnapshot first = randomSnapshot(random);
   MapSnapshot second = first;
   second.resolution_m *= 1.5;
-  EXPECT_THROW((void)mergeMaps(second, MergeRule::kSum, first), std::invalid_argument);
+  EXPECT_THROW((void)mergeMaps(first, second, MergeRule::kSum), std::invalid_argument);
 }
 
 }  // namespace

@@ -60,12 +60,12 @@ struct MapOverlap {
   double only_in_second = 0.0;  ///< Voxels known to the second map only.
 };
 
-/// Merges a second map into a first one. A voxel known to one map keeps its log-odds; all log-odds are clamped
-/// to the thresholds of the first map, whose sensor model, environment and frame the result has. A voxel is
-/// locked if either map has locked it.
+/// Merges a source, the second map, into a target, the first one. A voxel known to one map keeps its log-odds; all
+/// log-odds are clamped to the thresholds of the target, which keeps its sensor model, environment and frame. A
+/// voxel is locked if either map has locked it.
 /// @throws std::invalid_argument  The resolutions differ. @pre findFault() finds none in either.
 /// @complexity O(n).
-MapOverlap mergeMaps(const MapSnapshot& second, MergeRule rule, MapSnapshot& first);
+MapOverlap mergeMaps(MapSnapshot& target, const MapSnapshot& source, MergeRule rule);
 
 /// Text such as "exact: by whole voxels", or the offsets of the voxels.
 [[nodiscard]] std::string describe(const MapMotion& motion);

@@ -132,6 +132,14 @@ ChangeSet CuboidMap::replace(const CellBox& box, const std::vector<UniformBox>& 
 }
 
 ChangeSet CuboidMap::exchange(CuboidMap& other) {
+  const MapConfig& a = config_;
+  const MapConfig& b = other.config_;
+  if (a.resolution_m != b.resolution_m || a.fusion != b.fusion || a.environment != b.environment ||
+      a.sensor_model != b.sensor_model || a.rtree.max_branches != b.rtree.max_branches ||
+      a.rtree.min_branches != b.rtree.min_branches) {
+    throw std::invalid_argument(
+        "maps of different configs cannot be exchanged: make both with one");
+  }
   std::swap(voxels_, other.voxels_);
   std::swap(growth_, other.growth_);
   std::swap(cuboids_, other.cuboids_);

@@ -256,23 +256,23 @@ std::optional<MergeRule> mergeRuleOfName(const std::string& name) {
   return std::nullopt;
 }
 
-MapOverlap mergeMaps(const MapSnapshot& second, MergeRule rule, MapSnapshot& first) {
-  if (std::abs(first.resolution_m - second.resolution_m) > 1e-9 * first.resolution_m) {
+MapOverlap mergeMaps(MapSnapshot& target, const MapSnapshot& source, MergeRule rule) {
+  if (std::abs(target.resolution_m - source.resolution_m) > 1e-9 * target.resolution_m) {
     std::ostringstream text;
-    text << "the maps have different resolutions, " << first.resolution_m << " and "
-         << second.resolution_m << " m: make both with one resolution";
+    text << "the maps have different resolutions, " << target.resolution_m << " and "
+         << source.resolution_m << " m: make both with one resolution";
     throw std::invalid_argument(text.str());
   }
-  const SensorModel model(first.sensor_model, first.environment);
+  const SensorModel model(target.sensor_model, target.environment);
   const PackedVoxels nothing;
   std::vector<VoxelBrick> merged;
   MapOverlap overlap;
-  auto a = first.bricks.cbegin();
-  auto b = second.bricks.cbegin();
-  while (a != first.bricks.cend() || b != second.bricks.cend()) {
-    const bool is_a = b == second.bricks.cend() ||
-                      (a != first.bricks.cend() && !isBeforeOnMortonCurve(b->brick, a->brick));
-    const bool is_b = b != second.bricks.cend() && (!is_a || b->brick == a->brick);
+  auto a = target.bricks.cbegin();
+  auto b = source.bricks.cbegin();
+  while (a != target.bricks.cend() || b != source.bricks.cend()) {
+    const bool is_a = b == source.bricks.cend() ||
+                      (a != target.bricks.cend() && !isBeforeOnMortonCurve(b->brick, a->brick));
+    const bool is_b = b != source.bricks.cend() && (!is_a || b->brick == a->brick);
     const PackedVoxels& from_a = is_a ? a->voxels : nothing;
     const PackedVoxels& from_b = is_b ? b->voxels : nothing;
     merged.push_back({is_a ? a->brick : b->brick, mergeBricks(from_a, from_b, rule, model)});
@@ -285,12 +285,12 @@ MapOverlap mergeMaps(const MapSnapshot& second, MergeRule rule, MapSnapshot& fir
     if (is_b) ++b;
   }
   LockedBoxes locked;
-  for (const std::vector<CellBox>* boxes : {&std::as_const(first).locked, &second.locked}) {
+  for (const std::vector<CellBox>* boxes : {&std::as_const(target).locked, &source.locked}) {
     for (const CellBox& box : *boxes) locked.add(box);
   }
-  first.locked = locked.boxes();
-  first.bricks = std::move(merged);
-  first.cuboids.clear();
+  target.locked = locked.boxes();
+  target.bricks = std::move(merged);
+  target.cuboids.clear();
   return overlap;
 }
 

@@ -90,7 +90,7 @@ TEST(MapStorage, putsAMapIntoAnotherOneByRuleAndTransform) {
   T_map_file.translation() = Eigen::Vector3d(0.3, 0.0, -0.1);
   ASSERT_TRUE(moveMap(T_map_file, moved).is_exact);
   const auto rule = cuboid_mapping::MergeRule::kSum;
-  const auto overlap = mergeMaps(moved, rule, expected);
+  const auto overlap = mergeMaps(expected, moved, rule);
   EXPECT_GT(overlap.known_to_both, 10.0);
   const cuboid_mapping::CellBox zone{{0, 0, 0}, {9, 9, 9}};
   map.edit([&](CuboidMap& content, const ros::Time&) {

@@ -102,7 +102,7 @@ void mergeInto(GuardedMap& map, const MapSnapshot& snapshot, MergeRule rule,
                StorageAnswer& answer) {
   map.editIn(boundsOf(snapshot), [&](CuboidMap& content) {
     MapSnapshot merged = takeSnapshot(content, "");
-    answer.notes += describe(mergeMaps(snapshot, rule, merged), rule);
+    answer.notes += describe(mergeMaps(merged, snapshot, rule), rule);
     auto changes = content.replace(kAllCells, merged.bricks);
     answer.num_cuboids = countCuboids(content).total();
     return changes;
