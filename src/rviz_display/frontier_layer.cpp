@@ -46,7 +46,7 @@ FrontierPicture findAndDraw(const CuboidMap& map, const FrontierTask& task,
   if (task.region.isEmpty()) return {};
   QueryLimits limits;
   limits.time_s = kMaxTime_s;
-  MapTurns turns;
+  MapUnlock turns;
   turns.is_stopped = &is_stopped;
   Budget budget(limits, turns);
   const auto found = findFrontiers(map, task, budget);

@@ -108,27 +108,31 @@ TEST(FreeBoxes, areCloseToTheBestOnSmallCases) {
 
 /// Others fill the map while the searches let them in: the boxes are those of the map as it was.
 TEST(FreeBoxes, andCoversAreOfOneRevisionOfTheMap) {
-  Random random(3934);
-  const CuboidMap before = test::mapOfUpdates(random, 8);
-  CuboidMap map = before;
+  const auto make_map = [] {
+    Random random(3934);
+    return test::mapOfUpdates(random, 8);
+  };
+  Random random(3935);
+  const CuboidMap before = make_map();
+  CuboidMap map = make_map();
   int num_turns = 0;
-  MapTurns turns;
-  turns.period_s = 0.0;
-  turns.yield = [&] {
+  MapUnlock unlock;
+  unlock.period_s = 0.0;
+  unlock.yield = [&] {
     const Cell min = test::randomCell(random, kFreeArea);
     const CellBox box{min, min + Cell{2, 2, 2}};
     ++num_turns;
     map.replace(box, {{box, random.chance(0.5) ? 1.0F : -1.0F}});
   };
-  Budget free_budget(QueryLimits{}, turns);
+  Budget free_budget(QueryLimits{}, unlock);
   FreeBoxesTask task;
   task.max_boxes = 12;
   EXPECT_EQ(findFreeBoxes(map, task, free_budget)->boxes,
             findFreeBoxes(before, task, Budget::unlimited())->boxes);
   EXPECT_GT(num_turns, 3);
-  map = before;
+  map = make_map();
   num_turns = 0;
-  Budget cover_budget(QueryLimits{}, turns);
+  Budget cover_budget(QueryLimits{}, unlock);
   CoverTask cover_task;
   cover_task.max_boxes = 5;
   EXPECT_EQ(coverOccupied(map, cover_task, cover_budget)->boxes,

@@ -39,7 +39,7 @@ TEST(Budget, isSpentWithTheBrickAfterTheLast) {
     std::uint64_t num_spent = 0;
     while (num_spent <= count && budget.spend()) ++num_spent;
     EXPECT_EQ(num_spent, count);
-    EXPECT_EQ(budget.whyEnded(), BudgetEnd::kBricks);
+    EXPECT_EQ(budget.whyEnded(), BudgetLimit::kBricks);
     EXPECT_FALSE(budget.spend(0)) << "it stays spent";
     EXPECT_FALSE(budget.addEntries());
   }
@@ -63,7 +63,7 @@ TEST(Budget, withoutALimitIsOneForAllThreadsAndNeverWritten) {
       EXPECT_TRUE(budget->addEntries(count));
     }
     EXPECT_TRUE(budget->lookNow());
-    budget->end(BudgetEnd::kStopped);
+    budget->end(BudgetLimit::kStopped);
     EXPECT_FALSE(budget->isSpent());
     EXPECT_EQ(bytes(*budget), before);
   }
@@ -88,10 +88,10 @@ TEST(Budget, takesEntriesAllOrNone) {
   EXPECT_TRUE(budget.addEntries(2));
   EXPECT_FALSE(budget.isSpent());
   EXPECT_FALSE(budget.addEntries(1));
-  EXPECT_EQ(budget.whyEnded(), BudgetEnd::kEntries);
+  EXPECT_EQ(budget.whyEnded(), BudgetLimit::kEntries);
   EXPECT_TRUE(budget.isSpent());
   EXPECT_TRUE(budget.spend()) << "what is there already can be worked on";
-  budget.end(BudgetEnd::kTime);
+  budget.end(BudgetLimit::kTime);
   EXPECT_FALSE(budget.spend());
 }
 
@@ -99,7 +99,7 @@ TEST(Budget, endsWithItsTime) {
   Budget budget(QueryLimits{1e-3});
   std::uint64_t num_spent = 0;
   while (budget.spend()) ++num_spent;
-  EXPECT_EQ(budget.whyEnded(), BudgetEnd::kTime);
+  EXPECT_EQ(budget.whyEnded(), BudgetLimit::kTime);
   EXPECT_GE(num_spent, 255U) << "the clock is not read for every brick";
   Budget late(QueryLimits{0.0});
   EXPECT_FALSE(late.lookNow());
@@ -112,7 +112,7 @@ TEST(Budget, withoutLimitsIsNeverSpent) {
   EXPECT_TRUE(budget.spend(std::numeric_limits<std::uint64_t>::max()));
   EXPECT_TRUE(budget.spend(std::numeric_limits<std::uint64_t>::max()));
   EXPECT_TRUE(budget.addEntries(std::numeric_limits<std::uint64_t>::max()));
-  budget.end(BudgetEnd::kBricks);
+  budget.end(BudgetLimit::kBricks);
   EXPECT_TRUE(budget.spend());
 }
 
@@ -147,7 +147,7 @@ TEST(Budget, endsWhenToldTo) {
   int num_spent = 0;
   while (budget.spend()) ++num_spent;
   EXPECT_LE(num_spent, 256);
-  EXPECT_EQ(budget.whyEnded(), BudgetEnd::kStopped);
+  EXPECT_EQ(budget.whyEnded(), BudgetLimit::kStopped);
 }
 
 /// A map of a room of 40 m with a wall and a door, at 1 m, and a far voxel: its bounds reach 1000 km.
@@ -320,7 +320,7 @@ TEST(QueriesWithABudget, countTheEntriesOfTheirAnswers) {
   const auto count = [&](auto ask) {
     Budget budget(limits);
     const std::size_t num_entries = ask(budget);
-    EXPECT_EQ(budget.whyEnded(), BudgetEnd::kEntries);
+    EXPECT_EQ(budget.whyEnded(), BudgetLimit::kEntries);
     return num_entries;
   };
   EXPECT_EQ(count([&](Budget& budget) {
@@ -414,7 +414,7 @@ TEST(QueriesWithABudget, endSoonWhateverIsAsked) {
   for (const Question& question : monstrousQuestions()) {
     Budget budget(bricks(100000));
     (void)question.ask(map, budget);
-    EXPECT_EQ(budget.whyEnded(), BudgetEnd::kBricks) << question.name;
+    EXPECT_EQ(budget.whyEnded(), BudgetLimit::kBricks) << question.name;
   }
 }
 

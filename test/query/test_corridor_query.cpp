@@ -137,7 +137,7 @@ TEST(CorridorQuery, saysWhyThereIsNone) {
   limits.max_bricks = 20;
   Budget budget(limits);
   EXPECT_EQ(endOf(findCorridor(map, task, UnknownPolicy::kObstacle, budget)), "spent");
-  EXPECT_EQ(budget.whyEnded(), BudgetEnd::kBricks);
+  EXPECT_EQ(budget.whyEnded(), BudgetLimit::kBricks);
   task.region = CellBox{{0, 0, 0}, {12, 8, 4}};
   EXPECT_EQ(endOf(find(map, task)), "goal") << "outside the region";
 }
@@ -212,7 +212,7 @@ TEST(CorridorQuery, holdsInTheMapAsItIsInTheEndWhenOthersChangeIt) {
   for (int change_at = 1;; ++change_at) {
     CuboidMap map = twoWays();
     int num_turns = 0;
-    MapTurns turns;
+    MapUnlock turns;
     turns.period_s = 0.0;
     turns.yield = [&] {
       const CellBox wall{{0, -20, 0}, {1, -16, 4}};

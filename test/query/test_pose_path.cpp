@@ -126,7 +126,7 @@ TEST(PosePath, SaysWhyThereIsNone) {
   Budget budget(limits);
   EXPECT_EQ(endOf(findPosePath(rooms, acrossTheRooms(), UnknownPolicy::kObstacle, budget)),
             "spent");
-  EXPECT_EQ(budget.whyEnded(), BudgetEnd::kBricks);
+  EXPECT_EQ(budget.whyEnded(), BudgetLimit::kBricks);
   limits = {};
   limits.max_entries = 2;
   Budget few(limits);
@@ -161,7 +161,7 @@ TEST(PosePath, ChecksThePathAgainWhenTheMapHasChangedMeanwhile) {
   CuboidMap rooms = twoRooms(0.8);
   const PosePathTask task = acrossTheRooms();
   int num_turns = 0;
-  MapTurns turns;
+  MapUnlock turns;
   turns.period_s = 0.0;
   turns.yield = [&] {
     // The door closes in the middle of the first search; what it has seen by then does not count.

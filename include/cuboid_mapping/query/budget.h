@@ -25,16 +25,17 @@ struct QueryLimits {
 };
 
 /// Limit that a budget has reached.
-enum class BudgetEnd : unsigned char {
+enum class BudgetLimit : unsigned char {
   kNone,     ///< It is not spent.
   kTime,     ///< QueryLimits::time_s.
   kBricks,   ///< QueryLimits::max_bricks.
   kEntries,  ///< QueryLimits::max_entries.
-  kStopped   ///< MapTurns::is_stopped.
+  kStopped   ///< MapUnlock::is_stopped.
 };
 
-/// Turns that a long query gives others at the map that it reads.
-struct MapTurns {
+/// Lets a long query release the lock of the map that it reads now and then, so that others may change the map.
+/// Boxes and ways of an answer are of one revision even then.
+struct MapUnlock {
   /// Releases the map and takes it back, perhaps changed.
   std::function<void()> yield;
   double period_s = std::numeric_limits<double>::infinity();  ///< Time between two calls.
@@ -50,8 +51,8 @@ class Budget {
  public:
   /// Without a limit: never spent.
   Budget() = default;
-  /// Its time begins now. @pre turns.yield is set if turns.period_s is finite.
-  explicit Budget(const QueryLimits& limits, MapTurns turns = {});
+  /// Its time begins now. @pre unlock.yield is set if unlock.period_s is finite.
+  explicit Budget(const QueryLimits& limits, MapUnlock unlock = {});
 
   /// A budget without a limit, for all threads.
   [[nodiscard]] static Budget& unlimited();
@@ -81,7 +82,7 @@ class Budget {
   /// spend() then still succeeds, so that the query can finish the entries that it has.
   [[nodiscard]] bool addEntries(std::uint64_t entries = 1) {
     if (!is_limited_) return true;
-    if (entries > entries_left_) end(BudgetEnd::kEntries);
+    if (entries > entries_left_) end(BudgetLimit::kEntries);
     if (isSpent()) return false;
     entries_left_ -= entries;
     return true;
@@ -92,12 +93,12 @@ class Budget {
   [[nodiscard]] bool lookNow() { return !is_limited_ || (look(0) && yieldIfDue()); }
 
   /// Ends the budget before its limits are reached; does nothing to one without limits.
-  void end(BudgetEnd why);
+  void end(BudgetLimit why);
 
   /// Whether a limit was reached, or end() was called. Does not read the clock.
-  [[nodiscard]] bool isSpent() const { return end_ != BudgetEnd::kNone; }
+  [[nodiscard]] bool isSpent() const { return end_ != BudgetLimit::kNone; }
   /// The reached limit; kNone while the budget is not spent.
-  [[nodiscard]] BudgetEnd whyEnded() const { return end_; }
+  [[nodiscard]] BudgetLimit whyEnded() const { return end_; }
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -111,10 +112,10 @@ class Budget {
   std::uint64_t entries_left_ = 0;
   Clock::time_point deadline_ = Clock::time_point::max();
   Clock::time_point turn_end_ = Clock::time_point::max();
-  MapTurns turns_;
+  MapUnlock unlock_;
   bool is_limited_ = false;
   bool is_yield_due_ = false;
-  BudgetEnd end_ = BudgetEnd::kNone;
+  BudgetLimit end_ = BudgetLimit::kNone;
 };
 
 }  // namespace cuboid_mapping

@@ -21,12 +21,12 @@ std::chrono::steady_clock::time_point after(double time_s) {
 
 }  // namespace
 
-Budget::Budget(const QueryLimits& limits, MapTurns turns)
+Budget::Budget(const QueryLimits& limits, MapUnlock unlock)
     : bricks_left_(limits.max_bricks),
       entries_left_(limits.max_entries),
       deadline_(after(limits.time_s)),
-      turn_end_(after(turns.period_s)),
-      turns_(std::move(turns)),
+      turn_end_(after(unlock.period_s)),
+      unlock_(std::move(unlock)),
       is_limited_(true) {
   until_look_ = granted_ = std::min(kBricksPerLook, bricks_left_);
 }
@@ -36,21 +36,21 @@ Budget& Budget::unlimited() {
   return budget;
 }
 
-void Budget::end(BudgetEnd why) {
-  if (!is_limited_ || (isSpent() && end_ != BudgetEnd::kEntries)) return;
+void Budget::end(BudgetLimit why) {
+  if (!is_limited_ || (isSpent() && end_ != BudgetLimit::kEntries)) return;
   end_ = why;
-  if (why != BudgetEnd::kEntries) until_look_ = 0;
+  if (why != BudgetLimit::kEntries) until_look_ = 0;
 }
 
 bool Budget::look(std::uint64_t bricks) {
-  if (isSpent() && end_ != BudgetEnd::kEntries) return false;
+  if (isSpent() && end_ != BudgetLimit::kEntries) return false;
   bricks_left_ -= granted_ - until_look_;
   granted_ = until_look_ = 0;  // Counted.
-  if (bricks > bricks_left_) end(BudgetEnd::kBricks);
-  if (turns_.is_stopped != nullptr && *turns_.is_stopped) end(BudgetEnd::kStopped);
+  if (bricks > bricks_left_) end(BudgetLimit::kBricks);
+  if (unlock_.is_stopped != nullptr && *unlock_.is_stopped) end(BudgetLimit::kStopped);
   const Clock::time_point now = Clock::now();
-  if (now >= deadline_) end(BudgetEnd::kTime);
-  if (isSpent() && end_ != BudgetEnd::kEntries) return false;
+  if (now >= deadline_) end(BudgetLimit::kTime);
+  if (isSpent() && end_ != BudgetLimit::kEntries) return false;
   is_yield_due_ = is_yield_due_ || now >= turn_end_;
   bricks_left_ -= bricks;
   until_look_ = granted_ = std::min(kBricksPerLook, bricks_left_);
@@ -60,8 +60,8 @@ bool Budget::look(std::uint64_t bricks) {
 bool Budget::yieldIfDue() {
   if (!is_yield_due_) return true;
   is_yield_due_ = false;
-  turns_.yield();
-  turn_end_ = after(turns_.period_s);
+  unlock_.yield();
+  turn_end_ = after(unlock_.period_s);
   return true;
 }
 

@@ -42,7 +42,7 @@ const BrickMask& FitField::inBrick(const Cell& brick) {
 /// Deducts the bricks that the box reaches from the budget.
 bool FitField::spendForBrick() const {
   const double num_reached = 1.0 * numReached(size_.x) * numReached(size_.y) * numReached(size_.z);
-  if (num_reached > kMaxReached) budget().end(BudgetEnd::kBricks);
+  if (num_reached > kMaxReached) budget().end(BudgetLimit::kBricks);
   return budget().spend(
       std::max<std::uint64_t>(kKeptBrick, static_cast<std::uint64_t>(num_reached)));
 }

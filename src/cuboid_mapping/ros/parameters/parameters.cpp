@@ -326,21 +326,21 @@ std::size_t maxEntries(const ServiceLimits& limits, std::size_t entry_bytes) {
   return std::min(static_cast<std::size_t>(limits.max_entries), max_bytes / entry_bytes);
 }
 
-std::string explain(BudgetEnd why, const ServiceLimits& limits) {
+std::string explain(BudgetLimit why, const ServiceLimits& limits) {
   std::ostringstream text;
   switch (why) {
-    case BudgetEnd::kNone: break;
-    case BudgetEnd::kTime:
+    case BudgetLimit::kNone: break;
+    case BudgetLimit::kTime:
       text << "ended by its time, at most " << limits.max_time_s << " s (parameter query/max_time)";
       break;
-    case BudgetEnd::kBricks:
+    case BudgetLimit::kBricks:
       text << "ended after " << limits.max_bricks << " bricks (parameter query/max_bricks)";
       break;
-    case BudgetEnd::kEntries:
+    case BudgetLimit::kEntries:
       text << "ended by the size of the answer, at most " << limits.max_entries << " entries and "
            << limits.max_answer_mb << " MB (parameters query/max_entries and query/max_answer)";
       break;
-    case BudgetEnd::kStopped: text << "ended because the node stops"; break;
+    case BudgetLimit::kStopped: text << "ended because the node stops"; break;
   }
   return text.str();
 }

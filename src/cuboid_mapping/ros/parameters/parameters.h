@@ -320,7 +320,7 @@ struct LoadedParameters {
 [[nodiscard]] std::size_t maxEntries(const ServiceLimits& limits, std::size_t entry_bytes);
 
 /// Text such as "ended after 5 s (parameter query/max_time)". @pre why is not kNone.
-[[nodiscard]] std::string explain(BudgetEnd why, const ServiceLimits& limits);
+[[nodiscard]] std::string explain(BudgetLimit why, const ServiceLimits& limits);
 
 /// Text such as "3 parts of the map, of 64 x 64 x 64 voxels", for pages.
 [[nodiscard]] std::string describePages(std::size_t num_pages);
