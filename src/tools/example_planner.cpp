@@ -19,6 +19,9 @@
 
 namespace {
 
+using cuboid_mapping::Answer;
+using cuboid_mapping::AnswerStatus;
+using cuboid_mapping::Blocked;
 using cuboid_mapping::Budget;
 using cuboid_mapping::CellBox;
 using cuboid_mapping::Corridor;
