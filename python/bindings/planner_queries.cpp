@@ -57,7 +57,7 @@ py::object castRays(MapAccess& access, const Doubles& origin_array, const Double
     for (std::size_t i = 0; i < origins.size(); ++i) {
       const auto ray =
           castRay(map, origins[i], directions[i], max_range_m, policy, Budget::unlimited());
-      requireValid(ray, "ray " + std::to_string(i));
+      requireValid(ray, element("origins", i) + ", " + element("directions", i));
       end[i] = toNumber(ray->end);
       distance[i] = ray->distance_m;
       append(points, ray->point_map);

@@ -74,7 +74,8 @@ std::vector<Answer<PoseContact>> checkPoses(const CuboidMap& map, const Body& bo
   BodyProbe probe(map, body, policy, budget);
   const auto check = [&](const Eigen::Isometry3d& pose) -> ContactAnswer {
     if (!isPose(pose, range_m)) {
-      return ContactAnswer::invalid("the pose must be finite, a rotation, and within the range");
+      return ContactAnswer::invalid(
+          "the pose must be finite, a rotation, and within the range of the grid");
     }
     if (budget.isSpent()) return AnswerStatus::kBudgetSpent;
     if (const auto contact = probe.findContact(pose)) return *contact;
