@@ -137,6 +137,24 @@ TEST(GrowthFusionScene, cellsOfTheOtherClassOrNotStableDoNotFuse) {
   }
 }
 
+TEST(GrowthFusionScene, cellsBeyondTheThresholdsFuse) {
+  GrowthConfig config;
+  for (const double alpha_min : {0.12, 0.2, 0.5}) {  // `unstable()` has a probability of 0.18.
+    config.alpha_min = alpha_min;
+    GrowthScene scene(config);
+    scene.set(boxAt({0, 0, 0}, {1, 1, 1}), scene.stableFree());
+    scene.set(boxAt({1, 0, 0}, {1, 1, 1}), scene.unstable());
+    scene.set(boxAt({2, 0, 0}, {2, 1, 1}), 0.0F);  // Occupied, far below alpha_max.
+    EXPECT_EQ(scene.fuse({{0, 0, 0}, {2, 0, 0}}).size(), alpha_min < 0.15 ? 4U : 3U);
+  }
+  config.alpha_max = 0.5;
+  GrowthScene scene(config);
+  scene.set(boxAt({0, 0, 0}, {2, 1, 1}), -1e-6F);
+  scene.set(boxAt({2, 0, 0}, {2, 1, 1}), 0.0F);
+  EXPECT_THAT(boxesOf(scene.fuse({{0, 0, 0}, {2, 0, 0}})),
+              testing::ElementsAre(boxAt({0, 0, 0}, {2, 1, 1}), boxAt({2, 0, 0}, {2, 1, 1})));
+}
+
 TEST(GrowthFusionScene, onlyCellsOfTheSetTStart) {
   GrowthScene scene;
   scene.set(boxAt({0, 0, 0}, {4, 1, 1}), scene.stableFree());

@@ -72,6 +72,7 @@ TEST(CheckConfig, findsEachBadField) {
   expectError("rtree.max_branches", [](MapConfig& c) { c.rtree = {1, 1}; });
   expectError("rtree.max_branches", [](MapConfig& c) { c.rtree = {2 * kLimit, 2 * kLimit}; });
   expectError("threads", [](MapConfig& c) { c.threads = 0; });
+  expectError("fuse", [](MapConfig& c) { c.fuse = static_cast<FusionTime>(7); });
 }
 
 TEST(CheckConfig, looksAtGrowthWhereItIsChosen) {
@@ -80,11 +81,14 @@ TEST(CheckConfig, looksAtGrowthWhereItIsChosen) {
   config.growth.search.order = SearchStrategy::Order::kFixed;  // Directions are missing.
   config.growth.starters = static_cast<GrowthStarters>(7);
   config.growth.sampling.per_m = 1e9;
+  config.growth.alpha_min = 0.51;
+  config.growth.alpha_max = 0.49;
   config.growth.settle_clouds = -1;
   EXPECT_TRUE(checkConfig(config).empty());
   config.fusion = FusionKind::kGrowth;
-  const std::vector<std::string> expected = {"growth.step", "growth.search.directions",
-                                             "growth.starters", "growth.sampling.per_m",
+  const std::vector<std::string> expected = {"growth.step",         "growth.search.directions",
+                                             "growth.starters",     "growth.sampling.per_m",
+                                             "growth.alpha_min",    "growth.alpha_max",
                                              "growth.settle_clouds"};
   EXPECT_EQ(fieldsOf(checkConfig(config)), expected);
   config.growth = {};

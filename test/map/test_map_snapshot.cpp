@@ -117,5 +117,27 @@ TEST(MapSnapshot, isCheckedForWhatCannotBe) {
   EXPECT_TRUE(findFault(snapshot));
 }
 
+TEST(RestoreSnapshot, keepsGrownCuboidsThatFitTheVoxels) {
+  MapConfig config;
+  config.fusion = FusionKind::kGrowth;
+  Random random(63);
+  CuboidMap map(config);
+  for (int i = 0; i < 30; ++i) map.apply(test::randomUpdate(random, {{-2, -2, -2}, {2, 2, 2}}, 40));
+  MapSnapshot snapshot = takeSnapshot(map, "map");
+  addCuboids(map, snapshot);
+  CuboidMap copy(config);
+  restoreSnapshot(snapshot, copy);
+  EXPECT_EQ(test::allCuboids(copy), test::allCuboids(map));
+  EXPECT_EQ(checkMap(copy), std::vector<std::string>{});
+
+  for (Cuboid& cuboid : snapshot.cuboids) {  // None fits any more.
+    cuboid.occupancy = cuboid.isOccupied() ? Occupancy::kFree : Occupancy::kOccupied;
+  }
+  restoreSnapshot(snapshot, copy);
+  EXPECT_EQ(checkMap(copy), std::vector<std::string>{});
+  EXPECT_EQ(static_cast<double>(countCuboids(copy).total()),
+            map.voxels().numFreeVoxels() + map.voxels().numOccupiedVoxels());
+}
+
 }  // namespace
 }  // namespace cuboid_mapping

@@ -74,6 +74,12 @@ struct GrowthConfig {
   GrowthStarters starters = GrowthStarters::kSampled;  ///< Cells that start to grow.
   BeamSampling sampling{0.1, 1};  ///< For kSampled; a random search uses its seed, too.
   int settle_clouds = 10;         ///< Clouds that a split-off voxel waits before it may fuse again.
+  /// Probabilities beyond which voxels may fuse (paper, conditions (7) and (8)), at most 0.5 and at least 0.5. Nothing:
+  /// the clamping thresholds, also where these are nearer to 0.5. With 0.5 and 0.5 all voxels of a class may fuse.
+  ///@{
+  std::optional<double> alpha_min;
+  std::optional<double> alpha_max;
+  ///@}
 };
 
 }  // namespace cuboid_mapping

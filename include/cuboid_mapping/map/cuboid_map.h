@@ -133,6 +133,10 @@ class CuboidMap {
   /// @complexity O(n log n) for n bricks.
   ChangeSet replace(std::vector<VoxelBrick> bricks);
 
+  /// Sets the fused cuboids of FusionKind::kGrowth, as of a copy; nothing happens with other kinds. Those that do not
+  /// fit the voxels, or overlap earlier ones, are left out; voxels in none of them are single cells.
+  ChangeSet setGrownCuboids(const std::vector<Cuboid>& cuboids);
+
   /// Exchanges all voxels and cuboids with another map, which may have been built while this one was
   /// in use. Locks stay. @complexity O(1).
   /// @throws std::invalid_argument  Resolution, fusion, environment, sensor model or order of the R-tree differ; both

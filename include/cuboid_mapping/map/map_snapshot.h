@@ -22,7 +22,7 @@ struct MapSnapshot {
   std::string progress = {};
   /// Result of CuboidMap::lockedBoxes(); only the native format (.cuboids) keeps it.
   std::vector<CellBox> locked = {};
-  /// Cuboids that do not follow from the classes of the voxels, see addCuboids(). Only .csv shows them.
+  /// Cuboids that do not follow from the classes of the voxels, see addCuboids(). No file keeps them; .csv shows them.
   std::vector<Cuboid> cuboids = {};
 };
 
@@ -40,12 +40,13 @@ struct SnapshotLimits {
 /// All voxels of a map, and its locks. @complexity O(n).
 [[nodiscard]] MapSnapshot takeSnapshot(const CuboidMap& map, const std::string& frame_id);
 
-/// Adds the cuboids of a map whose fusion is not kClass to its snapshot, for a .csv: they cannot be computed
+/// Adds the cuboids of a map whose fusion is not kClass to its snapshot, for a .csv or a copy: they cannot be computed
 /// from voxels. @complexity O(n).
 void addCuboids(const CuboidMap& map, MapSnapshot& snapshot);
 
 /// Replaces everything in a map, also its locks, by a snapshot, exactly. The revision rises.
-/// FusionKind::kGrowth fuses the voxels anew. @pre findFault() finds none.
+/// A map with FusionKind::kGrowth gets the snapshot's cuboids, if it has some; else the
+/// voxels are fused anew, brick by brick. @pre findFault() finds none.
 /// @throws std::invalid_argument  The resolutions differ. @throws std::bad_alloc  In both cases the map is as
 ///         before.
 /// @complexity O(n log n).

@@ -76,7 +76,7 @@ GrowthChange GrowthFusion::prepareCloud(const VoxelStore& voxels,
                                         const std::vector<Cell>& samples) const {
   GrowthChange result;
   result.is_cloud = true;
-  GrowingBricks bricks(bricks_, voxels, change, thresholds());
+  GrowingBricks bricks(bricks_, voxels, change, thresholdsOf(model_));
   const std::uint64_t cloud = num_clouds_ + 1;
   CuboidCuts cuts;
   for (const std::uint32_t i : change.changed) {
@@ -147,7 +147,7 @@ std::vector<Cell> GrowthFusion::release(GrowingBricks& bricks, std::uint64_t clo
 GrowthChange GrowthFusion::prepareEdit(const VoxelStore& voxels,
                                        const VoxelStore::PendingChange& change) const {
   GrowthChange result;
-  GrowingBricks bricks(bricks_, voxels, change, thresholds());
+  GrowingBricks bricks(bricks_, voxels, change, thresholdsOf(model_));
   CuboidCuts cuts;
   for (const std::uint32_t i : change.changed) {
     const VoxelStore::PendingBrick& pending = change.bricks[i];
@@ -167,7 +167,7 @@ GrowthChange GrowthFusion::prepareEdit(const VoxelStore& voxels,
 GrowthChange GrowthFusion::prepareModel(const VoxelStore& voxels, const SensorModel& model) const {
   GrowthChange result;
   const VoxelStore::PendingChange no_change;
-  GrowingBricks bricks(bricks_, voxels, no_change, {model.min(), model.max()});
+  GrowingBricks bricks(bricks_, voxels, no_change, thresholdsOf(model));
   std::vector<Cell> fused;
   bricks_.forEach([&](const GrownBrick& brick) { fused.push_back(brick.brick); });
   std::sort(fused.begin(), fused.end(), isBeforeOnMortonCurve);
@@ -176,6 +176,39 @@ GrowthChange GrowthFusion::prepareModel(const VoxelStore& voxels, const SensorMo
   cuts.apply(bricks);
   takeChanges(bricks, result);
   return result;
+}
+
+GrowthChange GrowthFusion::prepareCuboids(const VoxelStore& voxels,
+                                          const std::vector<Cuboid>& cuboids) const {
+  GrowthChange result;
+  const VoxelStore::PendingChange no_change;
+  GrowingBricks bricks(bricks_, voxels, no_change, thresholdsOf(model_));
+  bricks_.forEach([&](const GrownBrick& brick) {
+    while (!bricks.at(brick.brick).cuboids.empty()) {
+      bricks.remove(CellBox(bricks.at(brick.brick).cuboids.front().box));
+    }
+  });
+  for (const Cuboid& cuboid : cuboids) {
+    if (cuboid.box.numVoxels() <= 1.0 || !bricks.isAllFusible(cuboid.box, cuboid.occupancy))
+      continue;
+    bool is_alone = true;
+    bricks.visitFused(cuboid.box, [&is_alone](const Cuboid& /*other*/) {
+      is_alone = false;
+      return Visit::kStop;
+    });
+    if (is_alone) bricks.add(cuboid);
+  }
+  takeChanges(bricks, result);
+  return result;
+}
+
+/// No log-odds lie beyond the clamping thresholds, which are rounded.
+FusionThresholds GrowthFusion::thresholdsOf(const SensorModel& model) const {
+  const auto log_odds = [](const std::optional<double>& probability, float otherwise) {
+    return probability ? toLogOdds(*probability) : otherwise;
+  };
+  return {std::max(log_odds(config_.alpha_min, model.min()), model.min()),
+          std::min(log_odds(config_.alpha_max, model.max()), model.max())};
 }
 
 void GrowthFusion::reserve(const GrowthChange& change) {

@@ -47,6 +47,10 @@ class GrowthFusion {
                                          const VoxelStore::PendingChange& change) const;
   /// Computes the cuboids with other clamping thresholds. @throws std::bad_alloc
   [[nodiscard]] GrowthChange prepareModel(const VoxelStore& voxels, const SensorModel& model) const;
+  /// Computes the change to these fused cuboids. Those that do not fit the voxels, or overlap earlier ones, are left out.
+  /// @throws std::bad_alloc
+  [[nodiscard]] GrowthChange prepareCuboids(const VoxelStore& voxels,
+                                            const std::vector<Cuboid>& cuboids) const;
   /// Reserves memory for a change. @throws std::bad_alloc  Nothing has changed then.
   void reserve(const GrowthChange& change);
   /// Makes a change. @pre Nothing has changed since it was computed, and reserve() was called.
@@ -60,7 +64,7 @@ class GrowthFusion {
   [[nodiscard]] std::size_t numBytes() const;
 
  private:
-  [[nodiscard]] FusionThresholds thresholds() const { return {model_.min(), model_.max()}; }
+  [[nodiscard]] FusionThresholds thresholdsOf(const SensorModel& model) const;
   [[nodiscard]] std::vector<Cell> release(GrowingBricks& bricks, std::uint64_t cloud) const;
 
   GrowthConfig config_;

@@ -61,6 +61,9 @@ void check(const GrowthConfig& growth, Checker& checker) {
   checker.expectEnumerator("growth.starters", growth.starters, GrowthStarters::kChanged);
   const double per_m = growth.sampling.per_m;
   checker.expect(per_m >= 0.0 && per_m <= 100.0, "growth.sampling.per_m", per_m, "0 to 100");
+  checker.expectWithin("growth.alpha_min", growth.alpha_min.value_or(0.5), 1.0 - kMostOccupied,
+                       0.5);
+  checker.expectWithin("growth.alpha_max", growth.alpha_max.value_or(0.5), 0.5, kMostOccupied);
   checker.expect(growth.settle_clouds >= 0, "growth.settle_clouds", growth.settle_clouds,
                  "0 or more");
 }
@@ -96,6 +99,7 @@ std::vector<ConfigError> checkConfig(const MapConfig& config) {
   checker.append("sensor_model.", checkConfig(config.sensor_model));
   checker.expectEnumerator("environment", config.environment, Environment::kStatic);
   checker.expectEnumerator("fusion", config.fusion, FusionKind::kNone);
+  checker.expectEnumerator("fuse", config.fuse, FusionTime::kWhenRead);
   if (config.fusion == FusionKind::kGrowth) check(config.growth, checker);
   check(config.rtree, checker);
   checker.expectWithin("threads", config.threads, 1, MapConfig::kMaxThreads);

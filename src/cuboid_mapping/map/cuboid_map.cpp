@@ -131,6 +131,14 @@ ChangeSet CuboidMap::replace(const CellBox& box, const std::vector<UniformBox>& 
   return replace(box, toBricks(boxes).bricks);
 }
 
+ChangeSet CuboidMap::setGrownCuboids(const std::vector<Cuboid>& cuboids) {
+  PendingChange change;
+  if (growth_) {
+    change.growth = std::make_unique<GrowthChange>(growth_->prepareCuboids(voxels_, cuboids));
+  }
+  return commit(change);
+}
+
 ChangeSet CuboidMap::exchange(CuboidMap& other) {
   const MapConfig& a = config_;
   const MapConfig& b = other.config_;

@@ -69,6 +69,7 @@ ChangeSet restoreSnapshot(MapSnapshot snapshot, CuboidMap& map) {
   }
   CuboidMap restored(map.config());
   restored.replace(std::move(snapshot.bricks));
+  if (!snapshot.cuboids.empty()) restored.setGrownCuboids(snapshot.cuboids);
   map.setLocked(snapshot.locked);  // Nothing throws from here on.
   return map.exchange(restored);
 }
