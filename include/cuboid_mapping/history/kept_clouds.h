@@ -2,9 +2,9 @@
 // Packed scans, from which a map can be made again with other poses.
 #pragma once
 
-#include "cuboid_mapping/scan/scan.h"
+#include "cuboid_mapping/geometry/isometry.h"
 
-#include <Eigen/Geometry>
+#include "cuboid_mapping/scan/scan.h"
 
 #include <cstddef>
 #include <cstdint>

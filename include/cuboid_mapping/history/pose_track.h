@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <Eigen/Geometry>
+#include "cuboid_mapping/geometry/isometry.h"
 
 #include <cstdint>
 #include <vector>

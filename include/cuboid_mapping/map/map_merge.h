@@ -4,10 +4,10 @@
 // one.
 #pragma once
 
+#include "cuboid_mapping/geometry/isometry.h"
+
 #include "cuboid_mapping/map/map_snapshot.h"
 #include "cuboid_mapping/map/progress_listener.h"
-
-#include <Eigen/Geometry>
 
 #include <optional>
 #include <string>

@@ -7,12 +7,12 @@
 //     if (contacts[0].isFound()) std::cout << "meets voxel " << contacts[0]->voxel << '\n';
 #pragma once
 
+#include "cuboid_mapping/geometry/isometry.h"
+
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/query/answer.h"
 #include "cuboid_mapping/query/budget.h"
 #include "cuboid_mapping/query/unknown_policy.h"
-
-#include <Eigen/Geometry>
 
 #include <cstddef>
 #include <string>

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "cuboid_mapping/geometry/isometry.h"
+
 #include <Eigen/Core>
-#include <Eigen/Geometry>
 
 #include <vector>
 
