@@ -48,6 +48,14 @@ BrickMask BrickMarks::collectMisses() const {
 }
 
 void BeamMarks::clear() {
+  if (slots_.size() > kFirstSlots && 16 * size() < slots_.size()) {
+    // The next cloud would pay for a long one before it. By halves, since the next one may be long again.
+    slots_ = std::vector<Slot>(slots_.size() / 2);
+    last_slot_ = slots_.size() - 1;
+    blocks_.resize(std::min(blocks_.size(), slots_.size() / 4 / kBlockBricks));
+    std::vector<BrickKey>().swap(keys_);
+    return;
+  }
   std::fill(slots_.begin(), slots_.end(), Slot());
   keys_.clear();
 }

@@ -59,8 +59,14 @@ class BeamMarks {
   }
   ///@}
 
-  /// Forgets all bricks, and keeps the memory.
+  /// Forgets all bricks. Keeps the memory, or half of it if the bricks took a small part.
   void clear();
+
+  /// Bytes held from the allocator.
+  [[nodiscard]] std::size_t numBytes() const {
+    return slots_.capacity() * sizeof(Slot) + blocks_.size() * kBlockBricks * sizeof(BrickMarks) +
+           keys_.capacity() * sizeof(BrickKey);
+  }
 
  private:
   struct Slot {
@@ -68,6 +74,7 @@ class BeamMarks {
     BrickMarks* marks = nullptr;
   };
   static constexpr std::size_t kBlockBricks = 256;
+  static constexpr std::size_t kFirstSlots = 4096;
 
   [[nodiscard]] std::size_t slotOf(BrickKey key) const {
     constexpr std::uint64_t kGoldenRatio = 0x9E3779B97F4A7C15ULL;
@@ -78,9 +85,9 @@ class BeamMarks {
   }
   BrickMarks& add(BrickKey key);
 
-  std::size_t last_slot_ = 4095;
+  std::size_t last_slot_ = kFirstSlots - 1;
   /// Slots, at most a quarter in use: long searches are hard to predict.
-  std::vector<Slot> slots_ = std::vector<Slot>(last_slot_ + 1);
+  std::vector<Slot> slots_ = std::vector<Slot>(kFirstSlots);
   std::vector<std::unique_ptr<BrickMarks[]>> blocks_;
   std::vector<BrickKey> keys_;
 };
