@@ -117,7 +117,7 @@ MapSnapshot readInput(const Options& options) {
   }
   const MapStore store(options.input, StoreAccess::kRead);
   const auto part = partOf(options, store.head()->resolution_m);
-  return readStore(store, {}, *part);
+  return readStore(store, SnapshotLimits::none(), *part);
 }
 
 int convertToBoxes(const Options& options) {

@@ -16,9 +16,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr cuboid_mapping::SnapshotLimits kNoLimits{std::numeric_limits<std::size_t>::max() / 8,
-                                                   std::numeric_limits<std::uint64_t>::max() / 8};
-
 std::string indexOf(const std::string& folder) { return folder + "/index.json"; }
 
 json readIndex(const std::string& folder) {
@@ -70,7 +67,8 @@ MpiProgress MpiCheckpoint::resume(BrickOwner& owner) const {
   progress.left_out.counts = index.at("left_out");
   progress.left_out.first_texts = index.at("left_out_texts");
   const std::string bytes = cuboid_mapping::readFile(partName(progress.num_rounds));
-  owner.restore(cuboid_mapping::fromNativeFormat(bytes, kNoLimits).bricks);
+  owner.restore(
+      cuboid_mapping::fromNativeFormat(bytes, cuboid_mapping::SnapshotLimits::none()).bricks);
   return progress;
 }
 

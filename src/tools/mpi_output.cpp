@@ -25,9 +25,6 @@ using cuboid_mapping::MapSnapshot;
 using cuboid_mapping::VoxelBrick;
 using cuboid_mapping::VoxelStore;
 
-constexpr cuboid_mapping::SnapshotLimits kWholeMap{std::numeric_limits<std::size_t>::max() / 8,
-                                                   std::numeric_limits<std::uint64_t>::max() / 8};
-
 MapSnapshot withBricks(const MapSnapshot& head, std::vector<VoxelBrick> bricks) {
   return {head.resolution_m, head.sensor_model, head.environment, head.frame_id, std::move(bricks)};
 }
@@ -104,7 +101,9 @@ class PagesOfRank {
   void take(const MpiRanks& ranks, const Cell& page, std::vector<VoxelBrick>& bricks) {
     if (next_ == pages_.size() || pages_[next_] != page) return;
     if (next_ % kPagesOfMessage == 0) {
-      bricks_ = cuboid_mapping::fromNativeFormat(ranks.receive(rank_), kWholeMap).bricks;
+      bricks_ = cuboid_mapping::fromNativeFormat(ranks.receive(rank_),
+                                                 cuboid_mapping::SnapshotLimits::none())
+                    .bricks;
       next_brick_ = 0;
     }
     ++next_;
@@ -171,7 +170,8 @@ std::string writeWhole(const MpiRanks& ranks, MapSnapshot map, const std::string
     return {};
   }
   for (int rank = 1; rank < ranks.size(); ++rank) {
-    MapSnapshot other = cuboid_mapping::fromNativeFormat(ranks.receive(rank), kWholeMap);
+    MapSnapshot other = cuboid_mapping::fromNativeFormat(ranks.receive(rank),
+                                                         cuboid_mapping::SnapshotLimits::none());
     std::move(other.bricks.begin(), other.bricks.end(), std::back_inserter(map.bricks));
   }
   cuboid_mapping::sortBricks(map.bricks);

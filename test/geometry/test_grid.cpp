@@ -12,6 +12,10 @@
 namespace cuboid_mapping {
 namespace {
 
+constexpr CellBox kWholeGrid{{-Grid::kMaxCell, -Grid::kMaxCell, -Grid::kMaxCell},
+                             {Grid::kMaxCell, Grid::kMaxCell, Grid::kMaxCell}};
+static_assert(kWholeGrid.size().x == 2LL * Grid::kMaxCell, "no difference overflows");
+
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 

@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/io/map_file_error.h"
 #include "cuboid_mapping/io/scan_dataset.h"
+#include "support/full_disk.h"
 #include "support/random.h"
 
 #include <gtest/gtest.h>
@@ -68,6 +69,41 @@ TEST(KeptClouds, giveBackRoundedScansBitByBit) {
   EXPECT_FALSE(clouds.read(4).empty());
   clouds.clear();
   EXPECT_THROW((void)clouds.read(4), MapFileError);
+}
+
+TEST(KeptClouds, thatAreThereStayReadableWhenTheDiskIsFull) {
+  Random random(64);
+  KeptClouds clouds(0.0125);
+  std::vector<std::vector<Scan>> all;
+  const auto add = [&](int num_points) {
+    std::vector<Scan> scans(1);
+    scans[0].points = randomPoints(random, num_points, 50.0);
+    roundScan(scans[0], clouds.step_m());
+    all.push_back(std::move(scans));
+    (void)clouds.add(all.size() - 1, all.back());
+  };
+  const auto readAll = [&] {
+    for (std::uint64_t number = 0; number < all.size(); ++number) {
+      expectSame(unpackScans(clouds.read(number), clouds.step_m()), all[number]);
+    }
+  };
+  for (int i = 0; i < 40; ++i) add(20000);  // More than SQLite keeps in memory.
+  std::size_t num_failed = 0;
+  {
+    const test::FullDisk full;
+    for (int i = 0; i < 40; ++i) {
+      try {
+        add(random.integer(1, 200000));
+      } catch (const MapFileError&) {
+        all.pop_back();
+        ++num_failed;
+      }
+    }
+  }
+  EXPECT_GT(num_failed, 10U);
+  readAll();
+  for (int i = 0; i < 10; ++i) add(20000);
+  readAll();
 }
 
 TEST(KeptClouds, areRoundedByHalfAStepAndOnce) {

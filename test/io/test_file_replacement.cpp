@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/io/file_replacement.h"
 
+#include "support/as_nobody.h"
 #include "tools/run_program.h"
 
 #include <gtest/gtest.h>
@@ -11,6 +12,7 @@
 namespace cuboid_mapping {
 namespace {
 
+using test::AsNobody;
 using test::TemporaryFolder;
 
 /// Error text of a failing write; fails if there is no error.
@@ -59,17 +61,25 @@ TEST(FileReplacement, saysWhyItCannotWrite) {
   EXPECT_TRUE(folder.list().empty());
 }
 
-/// Drops the rights of root while it lives, so that permissions of files hold.
-class AsNobody {
- public:
-  AsNobody() { EXPECT_EQ(is_root_ ? seteuid(65534) : 0, 0); }
-  ~AsNobody() { EXPECT_EQ(is_root_ ? seteuid(0) : 0, 0); }
-  AsNobody(const AsNobody&) = delete;
-  AsNobody& operator=(const AsNobody&) = delete;
-
- private:
-  bool is_root_ = geteuid() == 0;
-};
+TEST(FileReplacement, writesTheTargetOfALink) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directory(folder / "there");
+  std::filesystem::create_symlink("there/latest", folder / "latest.cuboids");
+  std::filesystem::create_symlink(folder / "there/map.cuboids", folder / "there/latest");
+  for (const std::string content : {"first", "second"}) {  // The target is new, and then replaced.
+    checkReplaceable(folder / "latest.cuboids");
+    replaceFile(folder / "latest.cuboids", content);
+    EXPECT_TRUE(std::filesystem::is_symlink(folder / "latest.cuboids"));
+    EXPECT_TRUE(std::filesystem::is_symlink(folder / "there/latest"));
+    EXPECT_FALSE(std::filesystem::is_symlink(folder / "there/map.cuboids"));
+    EXPECT_EQ(readFile(folder / "there/map.cuboids"), content);
+  }
+  EXPECT_EQ(folder.list().size(), 2U) << "there, latest.cuboids";
+  std::filesystem::create_symlink("a", folder / "b");
+  std::filesystem::create_symlink("b", folder / "a");
+  EXPECT_NE(errorOf([&] { replaceFile(folder / "a", "x"); }).find("symbolic links"),
+            std::string::npos);
+}
 
 TEST(FileReplacement, saysThatAFolderIsNotWritable) {
   const TemporaryFolder folder;

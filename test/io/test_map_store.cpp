@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/io/map_store.h"
 
+#include "support/as_nobody.h"
 #include "support/snapshots.h"
 #include "tools/run_program.h"
 
 #include <gtest/gtest.h>
 #include <sqlite3.h>
+#include <sys/stat.h>
 
 #include <string>
 #include <tuple>
@@ -72,6 +74,39 @@ TEST(MapStore, leavesNothingBesideItsFile) {
   Random random(812);
   writeStore(folder / "map.sqlite", test::randomSnapshot(random));
   EXPECT_EQ(folder.list(), std::vector<std::string>{"map.sqlite"});
+}
+
+/// A folder that may only be read, such as a volume that is mounted so, with a name that needs quoting in a URI.
+TEST(MapStore, canBeReadWhereNobodyMayWrite) {
+  const TemporaryFolder folder;
+  Random random(820);
+  const MapSnapshot snapshot = test::randomSnapshot(random);
+  const std::string old = folder / "old.sqlite";
+  const std::string quoted = folder / "a?b#c%41 d.sqlite";
+  for (const std::string& file : {old, quoted}) writeStore(file, snapshot);
+  runSql(
+      old,
+      "PRAGMA journal_mode = WAL; DELETE FROM pages WHERE x = 1");  // As stores of version 0.1 are.
+  const std::string opened = folder / "opened.sqlite";
+  writeStore(opened, snapshot);
+  sqlite3* writer = nullptr;  // A process that ended without closing it: its pages are in the -wal.
+  ASSERT_EQ(sqlite3_open(opened.c_str(), &writer), SQLITE_OK);
+  ASSERT_EQ(sqlite3_exec(writer, "PRAGMA journal_mode = WAL; DELETE FROM pages", nullptr, nullptr,
+                         nullptr),
+            SQLITE_OK);
+  std::filesystem::copy(opened, folder / "broken.sqlite");
+  std::filesystem::copy(opened + "-wal", folder / "broken.sqlite-wal");
+  sqlite3_close(writer);
+  ASSERT_EQ(chmod((folder / ".").c_str(), 0555), 0);
+  {
+    const test::AsNobody nobody;
+    for (const std::string& file : {old, quoted}) {
+      expectEqual(readStore(MapStore(file, StoreAccess::kRead)), snapshot);
+    }
+    expectError(MapFileDefect::kInaccessible, folder / "broken.sqlite", "broken.sqlite-wal",
+                [&] { MapStore(folder / "broken.sqlite", StoreAccess::kRead); });
+  }
+  ASSERT_EQ(chmod((folder / ".").c_str(), 0755), 0);
 }
 
 TEST(MapStore, isNotThereWhenItsFirstWriteIsGivenUp) {

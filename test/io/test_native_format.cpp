@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/io/native_format.h"
 
+#include "cuboid_mapping/io/map_files.h"
+#include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/voxels/uniform_boxes.h"
 #include "support/snapshots.h"
+#include "tools/run_program.h"
 
 #include <gtest/gtest.h>
 #include <zlib.h>
@@ -11,6 +14,7 @@
 #include <cstring>
 #include <fstream>
 #include <functional>
+#include <iterator>
 #include <limits>
 #include <sstream>
 
@@ -281,6 +285,53 @@ TEST(NativeFormat, saysThatAClaimIsTooBig) {
   EXPECT_EQ(defectOf(good, few), MapFileDefect::kTooBig);
 }
 
+/// The limits are for bytes from others: a file of one's own may have any size.
+TEST(NativeFormat, ofAFileHasNoLimitOfSize) {
+  const test::TemporaryFolder folder;
+  std::string bytes = toNativeFormat(goldenSnapshot());
+  overwrite<std::uint64_t>(bytes, kNumBricksAt, std::uint64_t{1} << 25);
+  overwrite<std::uint64_t>(bytes, kPayloadBytesAt, std::uint64_t{1} << 32);
+  sealHeader(bytes);
+  EXPECT_EQ(defectOf(bytes), MapFileDefect::kTooBig);
+  EXPECT_EQ(defectOf(bytes, SnapshotLimits::none()), MapFileDefect::kCorrupted);
+  std::ofstream(folder / "map.cuboids", std::ios::binary) << bytes;
+  try {
+    (void)loadMap(folder / "map.cuboids");
+    ADD_FAILURE() << "its content is shorter than it says";
+  } catch (const MapFileError& error) {
+    EXPECT_EQ(error.defect(), MapFileDefect::kCorrupted) << error.what();
+  }
+}
+
+/// doc/file_format.md has these ranges.
+TEST(NativeFormat, takesProbabilitiesInTheRangesOfItsDocument) {
+  std::ifstream in(CUBOID_MAPPING_SOURCE_DIR "/doc/file_format.md");
+  const std::string document{std::istreambuf_iterator<char>(in), {}};
+  const auto inDocument = [&](const std::string& row, double low, double high) {
+    return document.find(row + ", from " + toText(low) + " to " + toText(high) + " |") !=
+           std::string::npos;
+  };
+  EXPECT_TRUE(inDocument("probability of a hit", kLeastOccupied, kMostOccupied));
+  EXPECT_TRUE(inDocument("probability of a miss", 1.0 - kMostOccupied, 1.0 - kLeastOccupied));
+  EXPECT_TRUE(inDocument("(alpha_min)", 1.0 - kMostOccupied, 1.0 - kLeastOccupied));
+  EXPECT_TRUE(inDocument("(alpha_max)", kLeastOccupied, kMostOccupied));
+  constexpr std::size_t kHitAt = 24;
+  for (const std::size_t place : {0U, 1U, 2U, 3U}) {
+    const bool is_occupied = place == 0 || place == 3;
+    for (const double probability : {kLeastOccupied, kMostOccupied}) {
+      const double step = probability == kLeastOccupied ? -1e-6 : 1e-6;
+      std::string bytes = toNativeFormat(goldenSnapshot());
+      const auto put = [&](double value) {
+        overwrite<double>(bytes, kHitAt + 8 * place, is_occupied ? value : 1.0 - value);
+        sealHeader(bytes);
+        return bytes;
+      };
+      EXPECT_NO_THROW((void)fromNativeFormat(put(probability))) << place << ' ' << probability;
+      EXPECT_EQ(defectOf(put(probability + step)), MapFileDefect::kCorrupted);
+    }
+  }
+}
+
 TEST(NativeFormat, looksAtTheNumberOfBricksBeforeItUnpacksThem) {
   std::string bytes = toNativeFormat(goldenSnapshot());
   overwrite<std::uint64_t>(bytes, kNumBricksAt, 1000);
@@ -364,8 +415,8 @@ TEST(NativeFormat, refusesWhatIsNoMapInVersion1) {
   EXPECT_EQ(defectOf(makeVersion1(content(8), 1000, 1)), MapFileDefect::kTooBig);
   // A box of all cells of a map: 2^28 along each axis.
   std::string huge = one;
-  const std::string least("\xFF\xFF\xFF\xFF\7", 5);  // -2^30 in zigzag code
-  const std::string size("\xFF\xFF\xFF\xFF\7", 5);   // 2^31 - 1
+  const std::string least("\xFF\xFE\xFF\xFF\7", 5);  // The least cell in zigzag code.
+  const std::string size("\xFF\xFE\xFF\xFF\7", 5);   // 2^31 - 129
   huge += least + least + least + size + size + size + std::string(1, '\0');
   EXPECT_EQ(defectOf(makeVersion1(huge, 1, 1)), MapFileDefect::kTooBig);
 }

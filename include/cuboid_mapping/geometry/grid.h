@@ -26,8 +26,8 @@ struct MetricBox {
 /// Cells reach from -kMaxCell to kMaxCell - 1: 53,687 km each way at 0.05 m. Thread-safe: const.
 class Grid {
  public:
-  /// Bound of the cell coordinates; half of the int32 range, so that differences cannot overflow.
-  static constexpr std::int32_t kMaxCell = 1 << 30;
+  /// Bound of the cell coordinates, a multiple of 64: 2 * kMaxCell is an int32, so that differences cannot overflow.
+  static constexpr std::int32_t kMaxCell = (1 << 30) - 64;
 
   /// @param resolution_m Edge of a voxel, > 0.
   explicit Grid(double resolution_m);

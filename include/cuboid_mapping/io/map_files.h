@@ -43,10 +43,10 @@ struct MapFile {
 
 /// Reads a map. The first bytes decide the format, not the name.
 ///
-/// @param model  Sensor model for OctoMap files, which have none.
+/// @param model  Sensor model for OctoMap files, which have none. @param limits  For files of others.
 /// @throws MapFileError whose text begins with the name of the file. See the readers of the formats.
 [[nodiscard]] MapFile readMapFile(const std::string& file, const SensorModelConfig& model = {},
-                                  const SnapshotLimits& limits = {});
+                                  const SnapshotLimits& limits = SnapshotLimits::none());
 
 /// Replaces a file by a map, as a whole or not at all, in the format of the file's extension. An existing store
 /// stays the same file, and gets the map in one transaction.

@@ -105,9 +105,10 @@ class MapStore {
 /// The pages of a map. @pre The bricks lie along the Morton curve, where bricks of one page are neighbours.
 [[nodiscard]] std::vector<Cell> pagesOf(const std::vector<VoxelBrick>& bricks);
 
-/// The map of a store. @param part  Pages that share no cell with it are left out.
+/// The map of a store. @param part  Pages that share no cell with it are left out. @param limits  For files of others.
 /// @throws MapFileError  as MapStore::read(), and kTooBig beyond the limits.
-[[nodiscard]] MapSnapshot readStore(const MapStore& store, const SnapshotLimits& limits = {},
+[[nodiscard]] MapSnapshot readStore(const MapStore& store,
+                                    const SnapshotLimits& limits = SnapshotLimits::none(),
                                     const CellBox& part = kAllCells);
 
 /// Replaces the content of a store by a map, in one transaction. A store that it creates is removed after an error.

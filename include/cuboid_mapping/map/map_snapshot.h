@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -34,6 +35,11 @@ struct SnapshotLimits {
   /// Limits with which reading takes about this much memory at most. The default limits are those of 4 GB.
   [[nodiscard]] static SnapshotLimits ofMemory(std::uint64_t bytes) {
     return {static_cast<std::size_t>(bytes / 256), bytes / 4};
+  }
+  /// No limits, for files of one's own.
+  [[nodiscard]] static constexpr SnapshotLimits none() {
+    return {std::numeric_limits<std::size_t>::max() / 8,
+            std::numeric_limits<std::uint64_t>::max() / 8};
   }
 };
 

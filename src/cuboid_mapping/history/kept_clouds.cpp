@@ -118,7 +118,7 @@ KeptClouds::KeptClouds(double step_m)
     : step_m_(step_m),
       database_(std::make_unique<SqliteDatabase>("", SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE)) {
   database_->run(
-      "PRAGMA journal_mode = OFF; PRAGMA synchronous = OFF;"
+      "PRAGMA journal_mode = MEMORY; PRAGMA synchronous = OFF;"
       "CREATE TABLE clouds (number INTEGER PRIMARY KEY, content BLOB NOT NULL)");
 }
 

@@ -87,19 +87,38 @@ void requireRegular(const struct stat& status, const std::string& action, const 
                      action + ' ' + file + ": it is a device or a pipe, not a file");
 }
 
-/// The temporary file beside the path. @throws MapFileError when the path cannot be that of a file.
-std::string partialOf(const std::string& file) {
+/// The file that a symbolic link names in the end; it need not be there.
+std::string targetOf(const std::string& file) {
+  constexpr int kMaxLinks = 40;  // As Linux.
+  fs::path target = file;
+  std::error_code error;  // If the path cannot be read, writing fails, too, and reports it.
+  for (int i = 0; i < kMaxLinks; ++i) {
+    if (!fs::is_symlink(target, error)) return target.string();
+    target = target.parent_path() / fs::read_symlink(target, error);
+  }
+  fail("cannot write", file, ELOOP);
+}
+
+/// A file that will be replaced, and the temporary file beside it.
+struct Replacement {
+  std::string target;
+  std::string partial;
+};
+
+/// @throws MapFileError when the path cannot be that of a file.
+Replacement replacementOf(const std::string& file) {
   if (file.empty()) fail("cannot write", "''", ENOENT);
+  const std::string target = targetOf(file);
   struct stat status {};
   // If stat() fails, writing fails, too, and reports it.
-  if (::stat(file.c_str(), &status) == 0) requireRegular(status, "cannot write", file);
-  return file + ".partial";
+  if (::stat(target.c_str(), &status) == 0) requireRegular(status, "cannot write", file);
+  return {target, target + ".partial"};
 }
 
 }  // namespace
 
 void checkReplaceable(const std::string& file) {
-  const std::string partial = partialOf(file);
+  const std::string partial = replacementOf(file).partial;
   const Removal removal(partial);
   if (!Descriptor(partial, kForWriting).isOpen()) fail("cannot write", file, errno);
 }
@@ -141,16 +160,16 @@ void replaceFile(const std::string& file, std::string_view bytes) {
 }
 
 void replaceFile(const std::string& file, const std::function<void(const std::string&)>& write) {
-  const std::string partial = partialOf(file);
+  const auto [target, partial] = replacementOf(file);
   Removal removal(partial);
   // Checked here, because not every writer says why it fails.
   if (!Descriptor(partial, kForWriting).isOpen()) fail("cannot write", file, errno);
   write(partial);
   // The new name must never stand for bytes that are not on the disk yet.
   if (!synchronize(partial, O_RDONLY | O_CLOEXEC)) fail("cannot write", file, errno);
-  if (std::rename(partial.c_str(), file.c_str()) != 0) fail("cannot write", file, errno);
+  if (std::rename(partial.c_str(), target.c_str()) != 0) fail("cannot write", file, errno);
   removal.cancel();
-  const std::string folder = fs::path(file).parent_path().string();
+  const std::string folder = fs::path(target).parent_path().string();
   // The new file is there, whether its folder can be synchronized or, as in some file systems, not.
   (void)synchronize(folder.empty() ? "." : folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
 }

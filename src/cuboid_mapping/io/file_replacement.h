@@ -20,7 +20,7 @@ namespace cuboid_mapping {
 /// Replaces the content of a file, all of it or none: a reader finds the old content or the new one,
 /// also after a crash of the program or the machine.
 ///
-/// Writes FILE.partial in the same folder, flushes it to the disk, and renames it to
+/// A symbolic link stays, and its target is replaced. Writes FILE.partial in the same folder, flushes it to the disk, and renames it to
 /// FILE. After an error FILE is as it was and FILE.partial is gone; after a crash the latter
 /// may stay, and the next call overwrites it. Two calls for one file must not run side by side.
 ///

@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/voxels/uniform_boxes.h"
 
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 
@@ -39,7 +40,9 @@ std::vector<VoxelBrick> bricksOf(const std::vector<UniformBox>& boxes,
     }
     num_bricks += numBricks(box) - 1.0;  // Small boxes share bricks, which are counted below.
   }
-  const auto limit = static_cast<double>(limits.max_bricks);
+  // Without a limit, too, a few damaged boxes must not stand for all memory.
+  const std::size_t plausible = std::max(SnapshotLimits().max_bricks, 8 * boxes.size());
+  const auto limit = static_cast<double>(std::min(limits.max_bricks, plausible));
   if (num_bricks <= limit) {
     BricksOfBoxes result = toBricks(boxes);
     if (result.overlapping) {

@@ -60,6 +60,41 @@ std::vector<VoxelBrick> bricksIn(const std::vector<VoxelBrick>& bricks, const Ce
   return {first, last};
 }
 
+/// The URI with which SQLite reads a file and looks for nothing beside it.
+std::string immutableUri(const std::string& file) {
+  std::string uri = "file:";
+  for (const char letter : file) {
+    if (letter == '%' || letter == '?' || letter == '#') {
+      constexpr std::string_view kDigits = "0123456789abcdef";
+      const auto byte = static_cast<unsigned char>(letter);
+      uri += {'%', kDigits[byte >> 4], kDigits[byte & 15]};
+    } else {
+      uri += letter;
+    }
+  }
+  return uri + "?immutable=1";
+}
+
+/// A database that can be read, also where nobody may write: SQLite could not make its index of the -wal there, which
+/// is not needed if no transaction waits in one.
+std::unique_ptr<SqliteDatabase> openForReading(const std::string& file) {
+  auto database = std::make_unique<SqliteDatabase>(file, SQLITE_OPEN_READONLY);
+  const int code = sqlite3_exec(database->handle(), "SELECT count(*) FROM sqlite_master", nullptr,
+                                nullptr, nullptr);
+  if (code != SQLITE_CANTOPEN && code != SQLITE_READONLY) return database;
+  std::error_code ignored;
+  const std::string waiting = std::filesystem::canonical(file, ignored).string() + "-wal";
+  if (std::filesystem::exists(waiting, ignored)) {
+    throw MapFileError(MapFileDefect::kInaccessible,
+                       file +
+                           " cannot be read where nobody may write: a program that has ended early "
+                           "left changes in " +
+                           waiting + ". Copy both files to a folder that may be written");
+  }
+  return std::make_unique<SqliteDatabase>(file, SQLITE_OPEN_READONLY | SQLITE_OPEN_URI,
+                                          immutableUri(file));
+}
+
 [[noreturn]] void refuseEmpty(const std::string& file) {
   throw MapFileError(MapFileDefect::kTruncated,
                      file + " is a store without a map: its first save did not end. Save it again");
@@ -76,8 +111,9 @@ bool isSqliteFile(const std::string& file) {
 
 MapStore::MapStore(const std::string& file, StoreAccess access) : file_(file) {
   const bool is_writer = access == StoreAccess::kWrite;
-  const int flags = is_writer ? SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE : SQLITE_OPEN_READONLY;
-  database_ = std::make_unique<SqliteDatabase>(file, flags);
+  database_ =
+      is_writer ? std::make_unique<SqliteDatabase>(file, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE)
+                : openForReading(file);
   // Must come before the first read; the first transaction takes the lock, and keeps it.
   if (is_writer) database_->run("PRAGMA locking_mode = EXCLUSIVE");
   const bool is_empty = database_->readNumber("SELECT count(*) FROM sqlite_master") == 0 &&

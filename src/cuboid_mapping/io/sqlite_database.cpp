@@ -12,8 +12,10 @@ constexpr int kWait_ms = 500;
 
 }  // namespace
 
-SqliteDatabase::SqliteDatabase(std::string file, int flags) : file_(std::move(file)) {
-  const int code = sqlite3_open_v2(file_.c_str(), &handle_, flags, nullptr);
+SqliteDatabase::SqliteDatabase(std::string file, int flags, const std::string& uri)
+    : file_(std::move(file)) {
+  const std::string& name = uri.empty() ? file_ : uri;
+  const int code = sqlite3_open_v2(name.c_str(), &handle_, flags, nullptr);
   if (code == SQLITE_OK) {
     sqlite3_busy_timeout(handle_, kWait_ms);
     return;

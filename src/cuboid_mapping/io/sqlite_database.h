@@ -16,8 +16,8 @@ namespace cuboid_mapping {
 /// thread-safe.
 class SqliteDatabase {
  public:
-  /// @param flags  SQLITE_OPEN_...
-  SqliteDatabase(std::string file, int flags);
+  /// @param flags  SQLITE_OPEN_... @param uri  With SQLITE_OPEN_URI, the URI of the file; else empty.
+  SqliteDatabase(std::string file, int flags, const std::string& uri = {});
   ~SqliteDatabase() { sqlite3_close(handle_); }
   SqliteDatabase(const SqliteDatabase&) = delete;
   SqliteDatabase& operator=(const SqliteDatabase&) = delete;

@@ -199,7 +199,7 @@ TEST_F(QueryBoxTest, RefusesBadRequestsAndSaysWhatToDo) {
   }
   request = makeRequest();
   request.max.x = 1e300;
-  expectError(request, "reaches beyond the map: keep coordinates within 107374182 m of the origin");
+  expectError(request, "reaches beyond the map: keep coordinates within 107374176 m of the origin");
   request = makeRequest();
   request.header.frame_id = "nowhere";
   expectError(request, "no transform from frame 'nowhere' to 'map'");
