@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/boxes/joined_cuboids.h"
 #include "cuboid_mapping/boxes/voxel_set.h"
+#include "cuboid_mapping/geometry/box_faces.h"
 
 #include <algorithm>
 #include <array>
@@ -12,15 +13,6 @@ namespace cuboid_mapping {
 namespace {
 
 constexpr std::size_t kSeedsAtOnce = 1000;
-
-/// The slab outside a face. @param face  Axis, plus 3 for the upper face. @param thickness  Voxels.
-CellBox slabAt(const CellBox& box, int face, std::int32_t thickness) {
-  const int axis = face % 3;
-  CellBox slab = box;
-  slab.min[axis] = face < 3 ? box.min[axis] - thickness : box.max[axis];
-  slab.max[axis] = face < 3 ? box.min[axis] : box.max[axis] + thickness;
-  return slab;
-}
 
 /// Voxels from a face to the border of the next brick.
 std::int32_t toNextBrick(const CellBox& box, int face) {
@@ -37,7 +29,7 @@ CellBox grow(const VoxelSet& voxels, CellBox box) {
     for (int face = 0; face < 6; ++face) {
       if (is_blocked[static_cast<std::size_t>(face)]) continue;
       const auto try_slab = [&](std::int32_t thickness) {
-        const CellBox slab = slabAt(box, face, thickness);
+        const CellBox slab = slabBeyond(box, face, thickness);
         const CellBox grown = unite(box, slab);
         const bool is_free = voxels.contains(slab);
         if (is_free && grown.numVoxels() > best.numVoxels()) best = grown;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/query/corridor_boxes.h"
 
+#include "cuboid_mapping/geometry/box_faces.h"
+
 #include <algorithm>
 
 namespace cuboid_mapping {
@@ -15,7 +17,7 @@ CellBox boxOf(const Cell& a, const Cell& b) {
   return unite(CellBox::ofCell(a), CellBox::ofCell(b));
 }
 
-Eigen::Vector3d clampTo(const MetricBox& box, const Eigen::Vector3d& point) {
+Eigen::Vector3d nearestIn(const MetricBox& box, const Eigen::Vector3d& point) {
   return point.cwiseMax(box.min_m).cwiseMin(box.max_m);
 }
 
@@ -24,10 +26,10 @@ Eigen::Vector3d findCrossing(const MetricBox& box, const Eigen::Vector3d& from,
                              const Eigen::Vector3d& to, Eigen::Vector3d point) {
   const Eigen::Vector3d way = to - from;
   const double squared = way.squaredNorm();
-  if (squared == 0.0) return clampTo(box, from);
+  if (squared == 0.0) return nearestIn(box, from);
   for (int i = 0; i < 4; ++i) {
     const double t = std::clamp((point - from).dot(way) / squared, 0.0, 1.0);
-    point = clampTo(box, from + t * way);
+    point = nearestIn(box, from + t * way);
   }
   return point;
 }
@@ -41,15 +43,7 @@ CellBox CorridorBoxes::grow(CellBox box) const {
     is_any = false;
     for (int face = 0; face < 6; ++face) {
       if (!is_moving[face]) continue;
-      const int axis = face % 3;
-      CellBox slab = box;
-      if (face < 3) {
-        slab.max[axis] = box.min[axis];
-        slab.min[axis] = box.min[axis] - 1;
-      } else {
-        slab.min[axis] = box.max[axis];
-        slab.max[axis] = box.max[axis] + 1;
-      }
+      const CellBox slab = slabBeyond(box, face);
       is_moving[face] = region_.contains(slab) && !obstacles_.isAny(slab);
       if (is_moving[face]) box = unite(box, slab);
       is_any = is_any || is_moving[face];

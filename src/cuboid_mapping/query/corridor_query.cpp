@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/query/corridor_query.h"
 
+#include "cuboid_mapping/geometry/box_faces.h"
 #include "cuboid_mapping/query/corridor_boxes.h"
 #include "cuboid_mapping/query/path_query.h"
 #include "cuboid_mapping/query/place_graph.h"
-#include "cuboid_mapping/query/repeated_search.h"
+#include "cuboid_mapping/query/way_search.h"
 
 #include <algorithm>
 #include <queue>
@@ -15,14 +16,6 @@ namespace {
 using PlaceNode = PlaceGraph::NodeIndex;
 
 double distance(const Cell& a, const Cell& b) { return (toVector(a) - toVector(b)).norm(); }
-
-Cell clampTo(const CellBox& box, const Cell& cell) {
-  Cell clamped;
-  for (int axis = 0; axis < 3; ++axis) {
-    clamped[axis] = std::clamp(cell[axis], box.min[axis], box.max[axis] - 1);
-  }
-  return clamped;
-}
 
 /// A* from the places of the start to the places of the goal.
 class PlaceSearch {
@@ -125,15 +118,6 @@ std::optional<CorridorVoxels> toVoxels(const Grid& grid, const CorridorTask& tas
   return CorridorVoxels{*size, *start, *goal};
 }
 
-/// Voxels that the robot may use.
-CellBox findRegion(const CuboidMap& map, const CorridorTask& task, const CorridorVoxels& ends) {
-  if (task.region) return *task.region;
-  CellBox region = unite(ends.start, ends.goal);
-  if (const auto& bounds = map.bounds()) region = unite(region, *bounds);
-  const Cell room = ends.size + Cell{1, 1, 1};
-  return intersect({region.min - room, region.max + room}, kAllCells);
-}
-
 Answer<Corridor> notFound(Blocked where, std::size_t num_visited) {
   Corridor none;
   none.blocked = where;
@@ -145,7 +129,8 @@ Answer<Corridor> notFound(Blocked where, std::size_t num_visited) {
 Answer<Corridor> searchOnce(const CuboidMap& map, const CorridorTask& task,
                             const CorridorVoxels& ends, const Obstacles& obstacles) {
   Budget& budget = obstacles.budget();
-  const CellBox region = findRegion(map, task, ends);
+  const CellBox region = task.region.value_or(
+      regionAround(map, unite(ends.start, ends.goal), ends.size + Cell{1, 1, 1}));
   const auto is_blocked = [&](const CellBox& box) {
     return !region.contains(box) || obstacles.isAny(box);
   };

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/query/cuboid_query.h"
 
+#include "cuboid_mapping/geometry/box_faces.h"
+
 #include <algorithm>
 #include <unordered_map>
 
@@ -52,9 +54,7 @@ Answer<FreeGraph> buildFreeGraph(const CuboidMap& map, const CellBox& region, co
     if (!budget.spend()) break;
     const CellBox box = graph.cuboids[first].box;
     for (int axis = 0; axis < 3; ++axis) {
-      CellBox beyond = box;
-      beyond.min[axis] = box.max[axis];
-      beyond.max[axis] = box.max[axis] + 1;
+      const CellBox beyond = slabBeyond(box, axis + 3);
       visitBox(map, intersect(beyond, region), CuboidFilter::kFree, [&](const Cuboid& cuboid) {
         if (!budget.spend()) return Visit::kStop;
         const auto second = numbers.find(intersect(cuboid.box, region).min);

@@ -61,7 +61,7 @@ class NearestFitSearch {
   }
 
   /// The centres between two places, and as far as the box is smaller than whole voxels.
-  [[nodiscard]] Eigen::Vector3d clampTo(const Cell& first, const Cell& last) const {
+  [[nodiscard]] Eigen::Vector3d nearestCenter(const Cell& first, const Cell& last) const {
     const Eigen::Vector3d lower = toVector(first) + half_;
     const Eigen::Vector3d upper = (toVector(last) + span_ - half_).cwiseMax(lower);
     return point_.cwiseMax(lower).cwiseMin(upper);
@@ -69,7 +69,7 @@ class NearestFitSearch {
 
   void searchBrick(const Cell& brick) {
     constexpr std::int32_t kLast = kBrickEdge;  // One more: between this brick and the next.
-    const Eigen::Vector3d nearest = clampTo(brick, brick + Cell{kLast, kLast, kLast});
+    const Eigen::Vector3d nearest = nearestCenter(brick, brick + Cell{kLast, kLast, kLast});
     if ((nearest - point_).squaredNorm() > best_squared_) return;
     const BrickMask places = field_.inBrick(brick);
     for (std::int32_t z = 0; z < kBrickEdge; ++z) {
@@ -82,7 +82,7 @@ class NearestFitSearch {
 
   /// The place itself, and the ways from it to its neighbours towards the point.
   void tryPlace(const Cell& place) {
-    const Eigen::Vector3d nearest = clampTo(place, place + Cell{1, 1, 1});
+    const Eigen::Vector3d nearest = nearestCenter(place, place + Cell{1, 1, 1});
     if ((nearest - point_).squaredNorm() > best_squared_) return;
     int towards = 0;  // Bit per axis on which the point lies beyond the place.
     for (int axis = 0; axis < 3; ++axis) {
@@ -91,7 +91,7 @@ class NearestFitSearch {
     for (int axes = 0; axes < 8; ++axes) {
       if ((axes & ~towards) != 0) continue;
       const Cell last = place + Cell{axes & 1, axes >> 1 & 1, axes >> 2};
-      const Eigen::Vector3d center = clampTo(place, last);
+      const Eigen::Vector3d center = nearestCenter(place, last);
       const double squared = (center - point_).squaredNorm();
       const bool is_better = best_ ? squared < best_squared_ : squared <= best_squared_;
       if (!is_better || !fitsBetween(place, last)) continue;

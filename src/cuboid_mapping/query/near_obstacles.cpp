@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/query/near_obstacles.h"
 
-#include <algorithm>
+#include "cuboid_mapping/geometry/box_faces.h"
 
 namespace cuboid_mapping {
 
@@ -39,10 +39,7 @@ void NearObstacles::moveTo(const Ball& ball) {
 
 /// As findMetInBrick(), but finds the nearest voxel: a moving ball meets it for the longest time.
 bool NearObstacles::findMetIn(const BrickObstacles& obstacles, const Ball& ball) {
-  Cell nearest = ball.centerCell();
-  for (int axis = 0; axis < 3; ++axis) {
-    nearest[axis] = std::clamp(nearest[axis], obstacles.box.min[axis], obstacles.box.max[axis] - 1);
-  }
+  const Cell nearest = clampTo(obstacles.box, ball.centerCell());
   const bool is_met =
       obstacles.voxels.test(voxelIndex(nearest)) && ball.meets(Cube::of(nearest, 1.0));
   return keep(is_met ? nearest : findMetInBrick(ball, obstacles)) != nullptr;

@@ -9,8 +9,8 @@
 namespace cuboid_mapping {
 namespace {
 
-/// The cube of voxels within a distance along each axis, in voxels.
-CellBox cubeAround(const Cell& cell, double reach) {
+/// The voxels within a distance along each axis, in voxels.
+CellBox cellsWithin(const Cell& cell, double reach) {
   CellBox cube;
   for (int axis = 0; axis < 3; ++axis) {
     cube.min[axis] =
@@ -43,7 +43,7 @@ Answer<ObstacleDistance> findObstacleDistance(const CuboidMap& map,
   // Searches growing cubes, until no voxel outside can be nearer.
   for (double reach = std::min(kBrickEdge / 2.0, farthest);;
        reach = std::min(2.0 * reach, farthest)) {
-    obstacles.visit(intersect(cubeAround(*voxel, reach), area), [&](const Cell& obstacle) {
+    obstacles.visit(intersect(cellsWithin(*voxel, reach), area), [&](const Cell& obstacle) {
       const Cell from = *voxel - obstacle;
       const double distance = toVector(from).norm();
       if (distance >= nearest || distance > bound) return;

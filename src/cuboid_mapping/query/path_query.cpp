@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/query/path_query.h"
 
+#include "cuboid_mapping/query/body_shapes.h"
 #include "cuboid_mapping/query/obstacles.h"
 
 #include <algorithm>
@@ -10,9 +11,6 @@
 
 namespace cuboid_mapping {
 namespace {
-
-/// Overlaps up to this, in voxels, do not count, as in Grid::toCellBox.
-constexpr double kTouch = 1e-6;
 
 /// A part of a motion, from 0 to 1.
 struct Part {
@@ -32,8 +30,8 @@ struct Sweep {
 
   /// The part of `part` in which the box overlaps a slab of space.
   [[nodiscard]] Part clip(const Part& part, int axis, double low, double high) const {
-    const double lower = low - half[axis] + kTouch - from[axis];
-    const double upper = high + half[axis] - kTouch - from[axis];
+    const double lower = low - half[axis] + kNoOverlap - from[axis];
+    const double upper = high + half[axis] - kNoOverlap - from[axis];
     if (motion[axis] == 0.0) return lower < 0.0 && upper > 0.0 ? part : Part{1.0, 0.0};
     const double t_lower = lower / motion[axis];
     const double t_upper = upper / motion[axis];
@@ -52,7 +50,7 @@ struct Sweep {
   [[nodiscard]] CellBox bounds(const Part& part) const {
     const Eigen::Vector3d a = at(part.enter);
     const Eigen::Vector3d b = at(part.leave);
-    const Eigen::Vector3d reach = half.array() + kTouch;
+    const Eigen::Vector3d reach = half.array() + kNoOverlap;
     CellBox box;
     for (int axis = 0; axis < 3; ++axis) {
       const double lower = std::min(a[axis], b[axis]) - reach[axis];

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/query/place_graph.h"
 
+#include "cuboid_mapping/geometry/box_faces.h"
+
 namespace cuboid_mapping {
 namespace {
 
@@ -66,13 +68,8 @@ void PlaceGraph::findNeighbors(NodeIndex node, std::vector<Neighbor>& neighbors)
   neighbors.clear();
   const CellBox box = nodes_[node].box;
   for (int axis = 0; axis < 3; ++axis) {
-    CellBox below = box;
-    below.max[axis] = box.min[axis];
-    below.min[axis] = box.min[axis] - 1;
-    CellBox above = box;
-    above.min[axis] = box.max[axis];
-    above.max[axis] = box.max[axis] + 1;
-    for (const CellBox& beyond : {below, above}) {
+    for (const int face : {axis, axis + 3}) {
+      const CellBox beyond = slabBeyond(box, face);
       addTouching(brickOf(beyond.min), beyond, neighbors);
     }
   }

@@ -2,7 +2,7 @@
 #include "cuboid_mapping/query/pose_path.h"
 
 #include "cuboid_mapping/query/pose_search.h"
-#include "cuboid_mapping/query/repeated_search.h"
+#include "cuboid_mapping/query/way_search.h"
 
 #include <algorithm>
 #include <cmath>
@@ -32,12 +32,10 @@ CellBox findRegion(const CuboidMap& map, const PosePathTask& task) {
   const auto cell_at = [&](const Eigen::Isometry3d& pose) {
     return CellBox::ofCell(*grid.toCell(pose.translation()));
   };
-  CellBox region = unite(cell_at(task.start_map), cell_at(task.goal_map));
-  if (const auto& bounds = map.bounds()) region = unite(region, *bounds);
   const auto room =
       static_cast<std::int32_t>(std::ceil(2.0 * reachOf(task.body) * grid.inverseResolution())) + 1;
-  const Cell margin{room, room, room};
-  return intersect({region.min - margin, region.max + margin}, kAllCells);
+  return regionAround(map, unite(cell_at(task.start_map), cell_at(task.goal_map)),
+                      {room, room, room});
 }
 
 /// Index of a pose as late as possible that a free straight motion reaches; at least the next one.

@@ -7,6 +7,12 @@
 
 namespace cuboid_mapping {
 
+/// Voxels of a search without a region: the bounds of the map and of its ends, with room to go around them.
+[[nodiscard]] inline CellBox regionAround(const CuboidMap& map, CellBox ends, const Cell& room) {
+  if (const auto& bounds = map.bounds()) ends = unite(ends, *bounds);
+  return intersect({ends.min - room, ends.max + room}, kAllCells);
+}
+
 /// Searches until what was found holds in the map as it is in the end: others may change the map during a search
 /// (MapUnlock), which then has seen two revisions.
 /// @param search  () -> Answer<T>. @param holds  (const T&) -> bool; looks at the map without letting others in.
