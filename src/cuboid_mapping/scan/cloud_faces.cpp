@@ -65,7 +65,8 @@ CloudFaces::CloudFaces(const RayOrigin& origin, const Cell& base, double max_ran
     }
   }
 
-  alignas(64) float depths[kSize];
+  alignas(64) float margins[kSize];
+  alignas(64) double limits[kSize];  // Of distances from the middle of a voxel.
   for (int i = 0; i < kSize; ++i) {
     const float x = batch.ends[0][i] - origin[0];
     const float y = batch.ends[1][i] - origin[1];
@@ -78,9 +79,11 @@ CloudFaces::CloudFaces(const RayOrigin& origin, const Cell& base, double max_ran
     batch.faces[i] = (is_z ? 4 : (is_y ? 2 : 0)) + (along < 0.0F ? 1 : 0);
     batch.slopes[0][i] = ((is_y | is_z) ? x : y) / way;
     batch.slopes[1][i] = (is_z ? y : z) / way;
-    depths[i] = way * static_cast<float>(resolution_inverse_m);
+    const float depth = way * static_cast<float>(resolution_inverse_m);
+    margins[i] = acrossMargin(depth);
+    limits[i] = 0.5F - margins[i];
     // The square of a length is a float32. False also for what is not a number.
-    const bool has_length = (way > 1e-18F) & (way < 1e18F) & (depths[i] < kMaxBeamVoxels - 1);
+    const bool has_length = (way > 1e-18F) & (way < 1e18F) & (depth < kMaxBeamVoxels - 1);
     batch.is_sure[i] = has_length ? 1 : 0;
   }
 
@@ -92,7 +95,7 @@ CloudFaces::CloudFaces(const RayOrigin& origin, const Cell& base, double max_ran
           (anchor + static_cast<double>(batch.ends[axis][i])) * resolution_inverse_m;
       const double cell = std::floor(place);
       const double from_middle = std::abs(place - cell - 0.5);
-      const bool is_sure = from_middle < 0.5 - acrossMargin(depths[i]);
+      const bool is_sure = from_middle < limits[i];
       batch.local_ends[axis][i] = static_cast<std::int32_t>(is_sure ? cell - base : 0.0);
       batch.is_sure[i] &= is_sure ? 1 : 0;
     }
@@ -125,7 +128,7 @@ CloudFaces::CloudFaces(const RayOrigin& origin, const Cell& base, double max_ran
     const float down_depth = is_z ? down_depths[2] : (is_y ? down_depths[1] : down_depths[0]);
     const float first_depth = is_down ? down_depth : up_depth;
     const float depth = num_planes > 0.0F ? first_depth + (num_planes - 1.0F) : 0.0F;
-    const float margin = static_cast<float>(acrossMargin(depths[i]));
+    const float margin = margins[i];
     const bool is_x_across = is_y | is_z;
     const float origin_0 = is_x_across ? origins[0] : origins[1];
     const float origin_1 = is_z ? origins[1] : origins[2];

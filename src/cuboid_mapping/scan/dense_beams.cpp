@@ -19,10 +19,10 @@ constexpr double kFieldEdge = 2.0 / kFields;
 
 /// Measured costs, in slabs that the walk takes one beam through.
 constexpr double kWalkSetUp = 15.0;
-constexpr double kSort = 20.0;    ///< Sorting a beam into its face.
-constexpr double kColumn = 30.0;  ///< Finding and marking a column at a plane.
+constexpr double kSort = 13.0;    ///< Sorting a beam into its face.
+constexpr double kColumn = 20.0;  ///< Finding and marking a column at a plane.
 
-constexpr double kMinGain = 0.25;  ///< As a share of the walk's cost.
+constexpr double kMinGain = 0.15;  ///< As a share of the walk's cost.
 
 struct Sample {
   int field;
@@ -60,11 +60,13 @@ bool areDense(const Scan& scan, const RayOrigin& origin, double max_range_m) {
     const double per_slope = counts[static_cast<std::size_t>(sample.field)] *
                              static_cast<double>(kSampleStep) / (kFieldEdge * kFieldEdge);
     const double dense = std::sqrt(per_slope / kColumn);
-    const double taken = std::min<double>(dense, sample.depth);
-    // The columns that a beam shares grow with the square of the depth, up to where they cost as much.
-    cost += kWalkSetUp + sample.depth;
-    gain += taken - taken * taken * taken / (3.0 * dense * dense) - kSort +
-            (sample.depth < dense ? kWalkSetUp : 0.0);
+    const double walk = kWalkSetUp + sample.depth;
+    cost += walk;
+    gain -= kSort;
+    // The columns that a beam shares grow with the square of the depth. Beams that end where they are sparse
+    // are set up a second time there, which takes what they saved.
+    if (sample.depth < dense)
+      gain += walk - sample.depth * sample.depth * sample.depth / (3.0 * dense * dense);
   }
   return gain > kMinGain * cost;
 }

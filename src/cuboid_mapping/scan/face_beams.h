@@ -42,7 +42,10 @@ struct Face {
 /// A slope is a quotient of float32 components that walkRay() divides by the length first: five roundings of
 /// 2^-24 each, one more for the product. Bins add three. An origin, a border and the far end add less than
 /// 2^-19: float32 half voxels, and doubles of up to 2^30 voxels.
-[[nodiscard]] constexpr double acrossMargin(double depth) { return (depth + 8.0) / (1 << 19); }
+template <typename NumberT>
+[[nodiscard]] constexpr NumberT acrossMargin(NumberT depth) {
+  return (depth + 8) * (NumberT{1} / (1 << 19));
+}
 
 /// The beams of a face in bins of slopes, with a pyramid of the most planes that a beam of a node crosses.
 class FaceBeams {
