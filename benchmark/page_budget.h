@@ -10,7 +10,7 @@ namespace cuboid_mapping::bench {
 
 /// How many pages the geometry of a drive asks a window to read and to write, told by nothing but what the clouds touch and where
 /// the window is: a page comes when a cloud touches it or the window reaches it, and goes when it lies beyond the margin and no
-/// cloud has touched it for MapWindow::kIdleSteps clouds. A page that comes back is read, one that goes and was touched is written.
+/// cloud has touched it for WindowConfig::kIdleSteps clouds. A page that comes back is read, one that goes and was touched is written.
 /// A MapWindow that lets pages go later, some at a time, needs no more.
 class PageBudget {
  public:
@@ -34,7 +34,7 @@ class PageBudget {
         bringBack(page);
         page.last_use = step_;
       }
-      const bool is_idle = page.last_use + MapWindow::kIdleSteps <= step_;
+      const bool is_idle = page.last_use + WindowConfig::kIdleSteps <= step_;
       if (page.is_in && is_idle && !outer.intersects(pageBox(cell))) letGo(page);
     }
   }

@@ -130,8 +130,9 @@ LapFigures driveLap(const std::vector<Scan>& scans, double shift_m, bool has_pla
     drive.budget.note(*update, center_map);
     const Timing step = timeOf([&] {
       ChangeSet changes;
-      const ScanUpdate& admitted = drive.window->admit(*update, center_map, drive.map, changes);
-      drive.window->settle(drive.map.apply(admitted), drive.map, changes);
+      const ScanUpdate& admitted = drive.window->admit(*update, center_map, changes);
+      CuboidMap::PendingChange change = drive.map.prepare(admitted, drive.map.sensorModel());
+      drive.window->commit(change, changes);
     });
     lap.window += step;
     lap.slowest_s = std::max(lap.slowest_s, step.wall_s);
@@ -211,7 +212,7 @@ int drive(const Options& options) {
     all.window += figures.window;
   }
   const bool is_within = checkTraffic(drive.window->figures(), drive.budget, options.budget);
-  if (!drive.window->save(drive.map)) {
+  if (!drive.window->save()) {
     throw std::runtime_error(drive.window->figures().last_failure);
   }
   drive.window.reset();

@@ -80,13 +80,16 @@ inline std::size_t maxTrials() {
 
 /// Fails the first, second, third call of a trial, once and from then on, until none is
 /// reached; prints a row for each and expects no error.
+/// @param min_trials  Tries as many calls at least, if there are.
 /// @return Number of failed calls.
-inline std::size_t expectNothingWrong(const std::string& name, FaultKind kind, const Trial& trial) {
+inline std::size_t expectNothingWrong(const std::string& name, FaultKind kind, const Trial& trial,
+                                      std::size_t min_trials = 0) {
   (void)test::testSeed();  // Prints it here, and not in every process again.
   constexpr auto kNever = std::numeric_limits<std::size_t>::max();
   const TrialResult plain = tryOnce(kind, kNever, FaultDuration::kOnce, trial);
   EXPECT_EQ(plain.wrong, "") << name << " without a fault";
-  const std::size_t step = std::max<std::size_t>(1, plain.num_calls / maxTrials());
+  const std::size_t step =
+      std::max<std::size_t>(1, plain.num_calls / std::max(maxTrials(), min_trials));
   std::size_t num_all = 0;
   for (const FaultDuration duration : {FaultDuration::kOnce, FaultDuration::kLasting}) {
     std::map<std::string, std::size_t> wrong;

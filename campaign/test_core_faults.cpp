@@ -253,6 +253,14 @@ TEST(CoreFaults, aScanIsInOrNot) {
   }
 }
 
+TEST(CoreFaults, manyBricksAreInOrNot) {
+  std::vector<VoxelBrick> bricks;
+  Random random(14);
+  for (const VoxelBrick& brick : test::randomSnapshot(random).bricks) bricks.push_back(brick);
+  bricks.push_back({{0, 0, 0}, {}});
+  EXPECT_GT(tryWork("replace bricks", [&](CuboidMap& map) { return map.replace(bricks); }), 0U);
+}
+
 /// A follower has a delta or not, and an image or not; it can take it again.
 TEST(CoreFaults, aFollowerHasADeltaOrNot) {
   const Trial trial = [](const Act& act) -> std::string {

@@ -22,10 +22,10 @@ CuboidMap copyPart(const MapSource& source, const CellBox& part) {
   std::vector<VoxelBrick> bricks;
   source.read([&](const CuboidMap& map) {
     config.resolution_m = map.grid().resolution();
-    map.voxels().forEachIn(part, [&](const VoxelBrick& brick) { bricks.push_back(brick); });
+    bricks = map.voxels().copyIn(part);
   });
   CuboidMap copy(config);
-  copy.replace(part, bricks);
+  copy.replace(part, std::move(bricks));
   return copy;
 }
 

@@ -48,8 +48,9 @@ class BagMap {
     const auto& taken = moving_.take(update, origin.window_center_map);
     if (window_) {
       cuboid_mapping::ChangeSet changes;
-      const auto& admitted = window_->admit(taken, origin.window_center_map, map_, changes);
-      window_->settle(map_.apply(admitted, model), map_, changes);
+      const auto& admitted = window_->admit(taken, origin.window_center_map, changes);
+      auto change = map_.prepare(admitted, model);
+      window_->commit(change, changes);
     } else {
       map_.apply(taken, model);
     }
@@ -60,7 +61,7 @@ class BagMap {
 
   /// Writes the whole map to the store, and closes it. @return Number of its pages.
   std::size_t finishStore() {
-    (void)window_->save(map_);
+    (void)window_->save();
     throwIfFailed();
     const auto figures = window_->figures();
     window_.reset();

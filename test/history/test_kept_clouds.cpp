@@ -64,7 +64,7 @@ TEST(KeptClouds, giveBackRoundedScansBitByBit) {
   for (std::uint64_t number = 0; number < 100; ++number) {
     expectSame(unpackScans(clouds.read(number), clouds.step_m()), all[number]);
   }
-  clouds.remove(3);
+  clouds.removeBefore(4);
   EXPECT_THROW((void)clouds.read(3), MapFileError);
   EXPECT_FALSE(clouds.read(4).empty());
   clouds.clear();

@@ -70,9 +70,7 @@ TEST(CopiedBricks, areNotEncodedAgainByAFollower) {
 }
 
 TEST(CopiedBricks, ofAnEditAreEncodedOnlyWhereItsFacesCutThem) {
-  const CuboidMap map = someMap();
-  std::vector<VoxelBrick> bricks;
-  map.voxels().forEach([&](const VoxelBrick& brick) { bricks.push_back(brick); });
+  const std::vector<VoxelBrick> bricks = someMap().voxels().copyIn(kAllCells);
   CuboidMap edited = someMap();
   edited.replace(kAllCells, {UniformBox{{{-64, -64, -64}, {64, 64, 64}}, -1.0F}});
   const CellBox box{{-16, -16, -17}, {16, 16, 16}};  // The lowest layer of 16 bricks is cut.

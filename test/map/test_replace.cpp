@@ -175,10 +175,8 @@ TEST(ReplaceInCuboidMap, makesACopyOfAnotherMap) {
   MapConfig config;
   const test::ModelledMap model = test::randomMap(random, config);
   ASSERT_GT(test::allCuboids(model.map).size(), 1000U);
-  std::vector<VoxelBrick> bricks;
-  model.map.voxels().forEach([&](const VoxelBrick& brick) { bricks.push_back(brick); });
   CuboidMap map(config);
-  map.replace(kAllCells, bricks);
+  map.replace(kAllCells, model.map.voxels().copyIn(kAllCells));
   EXPECT_EQ(test::allCuboids(map), test::allCuboids(model.map));
   EXPECT_EQ(checkMap(map), std::vector<std::string>{});
   EXPECT_TRUE(hasRightBookkeeping(map, model.voxels, {{-24, -24, -24}, {24, 24, 24}}));

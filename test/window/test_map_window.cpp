@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/window/map_window.h"
 
+#include "support/failing_reads.h"
 #include "support/full_disk.h"
 #include "support/random_bricks.h"
 #include "support/snapshots.h"
@@ -40,7 +41,7 @@ struct Pair {
 
   /// Restarts, as a program that ends and is started again.
   void startAgain() {
-    EXPECT_TRUE(window->save(map));
+    EXPECT_TRUE(window->save());
     window.reset();
     map.clear();
     open();
@@ -49,14 +50,20 @@ struct Pair {
   void integrate(const ScanUpdate& update, const Eigen::Vector3d& center) {
     plain.apply(update);
     changes = {};
-    const ScanUpdate& admitted = window->admit(update, center, map, changes);
-    window->settle(map.apply(admitted), map, changes);
+    const ScanUpdate& admitted = window->admit(update, center, changes);
+    CuboidMap::PendingChange change = map.prepare(admitted, map.sensorModel());
+    window->commit(change, changes);
   }
 
   void replace(const CellBox& box, const std::vector<UniformBox>& boxes) {
     plain.replace(box, boxes);
-    window->load(box, map, changes);
-    window->note(map.replace(box, boxes));
+    window->edit(
+        box, [&] { return map.replace(box, boxes); }, changes);
+  }
+
+  void clear() {
+    plain.clear();
+    window->replaceAll([&] { return map.clear(); }, changes);
   }
 
   /// Voxels of store and memory as one map.
@@ -136,7 +143,7 @@ TEST(MapWindow, thatKeepsIsTheMapWithoutOneVoxelByVoxel) {
         pair.replace(box, random.chance(0.5) ? std::vector<UniformBox>{{box, 0.5F}}
                                              : std::vector<UniformBox>());
         const CellBox asked = test::randomBox(random, {{-500, -500, -40}, {500, 500, 40}}, 200);
-        pair.window->load(asked, pair.map, pair.changes);
+        pair.window->load(asked, pair.changes);
         EXPECT_EQ(pair.window->countNotLoaded(asked), 0U);
         const auto voxels = voxelsIn(pair.map, asked);
         EXPECT_EQ(voxels, voxelsIn(pair.plain, asked));
@@ -151,7 +158,7 @@ TEST(MapWindow, thatKeepsIsTheMapWithoutOneVoxelByVoxel) {
     EXPECT_EQ(pair.window->figures().num_failures, 0U);
     EXPECT_EQ(pair.window->figures().num_refused + pair.window->figures().num_unreadable, 0U);
     num_loads += pair.window->figures().num_loads;
-    ASSERT_TRUE(pair.window->save(pair.map));
+    ASSERT_TRUE(pair.window->save());
     pair.window.reset();
     const MapStore store(folder / "map.sqlite", StoreAccess::kRead);
     EXPECT_EQ(test::voxelsOf(readStore(store).bricks), test::voxelsOf(pair.plain));
@@ -207,7 +214,7 @@ TEST(MapWindow, keepsWhatIsInItAndInItsMargin) {
   const auto is_here = [&] { return pair.map.voxels().at(old) == Occupancy::kOccupied; };
   const auto stay_at = [&](std::int32_t x) {
     const Cell at{x, 32, 32};
-    for (std::uint64_t i = 0; i <= MapWindow::kIdleSteps + MapWindow::kStepsAWrite; ++i) {
+    for (std::uint64_t i = 0; i <= WindowConfig::kIdleSteps + MapWindow::kStepsAWrite; ++i) {
       pair.integrate(updateOf(brickOf(at)), placeOf(pair, at));
     }
   };
@@ -258,11 +265,11 @@ TEST(MapWindow, letsNothingLeaveWhileItIsHeld) {
   EXPECT_EQ(pair.window->figures().num_on_disk_only, 0U);
   // Meanwhile it can be saved, some pages at a time.
   int num_turns = 1;
-  while (pair.window->saveSome(pair.map)) ++num_turns;
+  while (pair.window->saveSome()) ++num_turns;
   EXPECT_GT(num_turns, 3);
   const std::uint64_t num_writes = pair.window->figures().num_writes;
   EXPECT_EQ(num_writes, pair.window->figures().num_in_memory);
-  EXPECT_TRUE(pair.window->save(pair.map));
+  EXPECT_TRUE(pair.window->save());
   EXPECT_EQ(pair.window->figures().num_writes, num_writes);  // Nothing has changed since.
   pair.window->hold(false);
   for (int step = 0; step < 60; ++step) walk.step(pair);
@@ -275,8 +282,8 @@ TEST(MapWindow, thatForgetsHasWhatCloudsReach) {
   const Cell locked{0, 64, 0};
   pair.map.lock(brickBox(locked));
   pair.map.replace(brickBox(locked), std::vector<UniformBox>{{brickBox(locked), 1.0F}});
-  pair.window->note(pair.map.replace({{8, 64, 0}, {9, 65, 1}},
-                                     std::vector<UniformBox>{{{{8, 64, 0}, {9, 65, 1}}, 1.0F}}));
+  const CellBox beside{{8, 64, 0}, {9, 65, 1}};
+  pair.replace(beside, {{beside, 1.0F}});
   for (int x = 0; x < 2000; x += 8) {
     const Cell brick{x, 0, 0};
     pair.integrate(updateOf(brick), placeOf(pair, brick));
@@ -287,8 +294,8 @@ TEST(MapWindow, thatForgetsHasWhatCloudsReach) {
   EXPECT_EQ(pair.map.voxels().at(locked), Occupancy::kOccupied);
   EXPECT_GE(pair.window->figures().num_forgotten, 25U);
   EXPECT_LE(pair.window->figures().num_in_memory, 8U);
-  EXPECT_FALSE(pair.window->saveSome(pair.map));  // Nothing to do.
-  EXPECT_TRUE(pair.window->save(pair.map));
+  EXPECT_FALSE(pair.window->saveSome());  // Nothing to do.
+  EXPECT_TRUE(pair.window->save());
 }
 
 TEST(MapWindow, thatRefusesTakesNothingFromOutside) {
@@ -321,7 +328,7 @@ TEST(MapWindow, losesNothingWhenTheDiskIsFull) {
   {
     const FullDisk full;
     for (int step = 0; step < 60; ++step) walk.step(pair);
-    EXPECT_FALSE(pair.window->save(pair.map));
+    EXPECT_FALSE(pair.window->save());
     const WindowFigures figures = pair.window->figures();
     EXPECT_GT(figures.num_failures, 0U);
     EXPECT_LT(figures.num_failures, 10U);  // It does not retry in each step.
@@ -342,7 +349,7 @@ TEST(MapWindow, bringsPagesBackSomeAtATime) {
   }
   pair.startAgain();
   for (const std::size_t num_left : {24U, 8U, 0U, 0U}) {
-    pair.window->load(kAllCells, pair.map, pair.changes, MapWindow::kPagesAStep);
+    pair.window->load(kAllCells, pair.changes, MapWindow::kPagesAStep);
     EXPECT_EQ(pair.window->countNotLoaded(kAllCells), num_left);
   }
   EXPECT_EQ(pair.voxels(), test::voxelsOf(pair.plain));
@@ -357,7 +364,7 @@ TEST(MapWindow, encodesABrickOnceWhenItReadsItsPage) {
   }
   pair.startAgain();
   const std::uint64_t before = PackedVoxels::numEncoded();
-  pair.window->load(kAllCells, pair.map, pair.changes);
+  pair.window->load(kAllCells, pair.changes);
   const std::size_t num_bricks = pair.map.voxels().size();
   EXPECT_GT(num_bricks, 500U);
   EXPECT_EQ(PackedVoxels::numEncoded() - before, num_bricks);
@@ -365,7 +372,7 @@ TEST(MapWindow, encodesABrickOnceWhenItReadsItsPage) {
 
 /// Opens the window again on a store in which the page at x = 0 is damaged.
 void damageFirstPage(Pair& pair) {
-  EXPECT_TRUE(pair.window->save(pair.map));
+  EXPECT_TRUE(pair.window->save());
   pair.window.reset();
   pair.map.clear();
   sqlite3* database = nullptr;
@@ -385,7 +392,7 @@ TEST(MapWindow, tellsWhatHasComeWhenAPageCannotBeRead) {
   }
   damageFirstPage(pair);
   pair.changes = {};
-  EXPECT_THROW(pair.window->load(kAllCells, pair.map, pair.changes), MapFileError);
+  EXPECT_THROW(pair.window->load(kAllCells, pair.changes), MapFileError);
   EXPECT_GT(pair.map.voxels().size(), 0U) << "else nothing can be lost";
   std::set<Cell> told;
   for (const ChangedBrick& changed : pair.changes.bricks) told.insert(changed.brick);
@@ -414,8 +421,31 @@ TEST(MapWindow, takesNothingInAPageThatCannotBeRead) {
   EXPECT_EQ(figures.num_unreadable, 3U);
   EXPECT_EQ(figures.num_failures, 1U);
   EXPECT_NE(figures.last_failure.find("page (0 0 0)"), std::string::npos) << figures.last_failure;
-  EXPECT_THROW(pair.window->load(pageBox(bad), pair.map, pair.changes), MapFileError);
+  EXPECT_THROW(pair.window->load(pageBox(bad), pair.changes), MapFileError);
   EXPECT_THROW((void)pair.voxels(), MapFileError);
+}
+
+TEST(MapWindow, takesObservationsAgainInAPageThatCouldNotBeReadForAWhile) {
+  const TemporaryFolder folder;
+  Pair pair(tenthOfAMetre(), {6.4, 0.0, OutsideWindow::kKeep}, folder / "map.sqlite");
+  Random random(972);
+  const auto see = [&] {
+    pair.integrate(test::randomUpdate(random, {{1, 1, 1}, {7, 7, 7}}, 300), {3.0, 3.0, 3.0});
+  };
+  for (int i = 0; i < 10; ++i) see();
+  pair.startAgain();
+  {
+    const test::FailingReads gone;
+    see();
+  }
+  const WindowFigures figures = pair.window->figures();
+  EXPECT_EQ(figures.num_failures, 1U) << figures.last_failure;
+  EXPECT_GT(figures.num_unreadable, 0U);
+  for (int i = 0; i < 30; ++i) see();
+  EXPECT_EQ(pair.window->countNotLoaded(kAllCells), 0U);
+  const std::uint64_t num_unreadable = pair.window->figures().num_unreadable;
+  see();
+  EXPECT_EQ(pair.window->figures().num_unreadable, num_unreadable);
 }
 
 TEST(MapWindow, hasAMapThatWasReplacedInItsStore) {
@@ -428,9 +458,7 @@ TEST(MapWindow, hasAMapThatWasReplacedInItsStore) {
   // While writing fails, existing pages are not loaded, either.
   {
     const FullDisk full;
-    pair.plain.clear();
-    pair.map.clear();
-    pair.window->noteReplaced(pair.map);
+    pair.clear();
     for (int step = 0; step < 30; ++step) walk.step(pair);
     EXPECT_EQ(pair.voxels(), test::voxelsOf(pair.plain));
   }
@@ -438,16 +466,14 @@ TEST(MapWindow, hasAMapThatWasReplacedInItsStore) {
   EXPECT_EQ(pair.voxels(), test::voxelsOf(pair.plain));
   pair.startAgain();
   EXPECT_EQ(pair.voxels(), test::voxelsOf(pair.plain));
-  pair.plain.clear();
-  pair.map.clear();
-  pair.window->noteReplaced(pair.map);
+  pair.clear();
   pair.startAgain();
   EXPECT_TRUE(pair.voxels().empty());
 }
 
 TEST(MapWindow, needsAStoreToKeepAndNoneElse) {
   const TemporaryFolder folder;
-  const CuboidMap map;
+  CuboidMap map;
   const auto make = [&](const WindowConfig& config, bool has_store) {
     MapWindow(config, has_store ? openStoreOf(headOf(map.config()), folder / "a.sqlite") : nullptr,
               map);

@@ -68,8 +68,9 @@ TEST(WindowDrive, ofSeveralLapsHasTheSameMapInMemoryThatStaysAsItIs) {
       plain.apply(update);
       budget.note(update, center_map);
       ChangeSet changes;
-      const ScanUpdate& admitted = window.admit(update, center_map, map, changes);
-      window.settle(map.apply(admitted), map, changes);
+      const ScanUpdate& admitted = window.admit(update, center_map, changes);
+      CuboidMap::PendingChange change = map.prepare(admitted, map.sensorModel());
+      window.commit(change, changes);
       most_bricks.back() = std::max(most_bricks.back(), map.voxels().size());
     }
     const WindowFigures after = window.figures();
@@ -84,7 +85,7 @@ TEST(WindowDrive, ofSeveralLapsHasTheSameMapInMemoryThatStaysAsItIs) {
   }
   EXPECT_GT(window.figures().num_loads, budget.numReads() / 2) << "else it is no bound";
   EXPECT_LT(most_bricks.back(), plain.voxels().size() * 3 / 4);
-  ASSERT_TRUE(window.save(map));
+  ASSERT_TRUE(window.save());
   MapSnapshot whole = takeSnapshot(map, "map");
   for (const Cell& page : window.storedPages()) window.addStored(page, {}, whole);
   sortBricks(whole.bricks);

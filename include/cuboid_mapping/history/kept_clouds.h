@@ -47,13 +47,14 @@ class KeptClouds {
   KeptClouds(const KeptClouds&) = delete;
   KeptClouds& operator=(const KeptClouds&) = delete;
 
-  /// Keeps the scans of one observation. @param number  Higher than all earlier numbers.
+  /// Keeps the scans of one observation. @param number  Higher than those of all other clouds; a cloud with this
+  ///               number is replaced.
   /// @return Size of the bytes. @pre As for packScans().
   std::size_t add(std::uint64_t number, const std::vector<Scan>& scans_body);
   /// The bytes of a cloud, for unpackScans(). @throws MapFileError  also if the cloud is not there.
   [[nodiscard]] std::string read(std::uint64_t number) const;
-  /// Forgets a cloud.
-  void remove(std::uint64_t number);
+  /// Forgets the clouds with lower numbers.
+  void removeBefore(std::uint64_t number);
   /// Forgets all clouds.
   void clear();
 

@@ -119,7 +119,7 @@ class MapHistory {
   /// Forgets everything, and starts from a map. @param map  Has the config; its sensor model may differ.
   void restart(const CuboidMap& map);
 
-  /// Adds a cloud that is in the map. Older clouds may become fixed.
+  /// Adds a cloud that is in the map. Older clouds may become fixed. Where it throws, the cloud is not added.
   void add(const KeptCloud& cloud, const ObservationConfig& config);
 
   /// Adds an edit: the current content of the map inside a box, and its locks. @param box  Empty: the locks

@@ -68,6 +68,9 @@ class VoxelStore {
   /// @complexity O(bricks of the box, or all known bricks if these are fewer).
   void forEachIn(const CellBox& box, FunctionRef<void(const VoxelBrick&)> visit) const;
 
+  /// Copies of these bricks, along the Morton curve. @complexity As forEachIn(), and O(n log n) for n bricks.
+  [[nodiscard]] std::vector<VoxelBrick> copyIn(const CellBox& box) const;
+
   /// Maximum number of bricks that forEachIn() visits: the cost of the call for a Budget. 0 for an empty box.
   [[nodiscard]] std::uint64_t countLooks(const CellBox& box) const;
 

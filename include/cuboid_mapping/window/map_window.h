@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "cuboid_mapping/geometry/function_ref.h"
 #include "cuboid_mapping/io/map_store.h"
 #include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/window/window_config.h"
 
 #include <Eigen/Core>
 
@@ -17,27 +19,6 @@
 #include <vector>
 
 namespace cuboid_mapping {
-
-/// State of the map outside a window.
-enum class OutsideWindow : unsigned char {
-  kKeep,    ///< It is stored on disk, and loaded before it changes.
-  kForget,  ///< It becomes unknown.
-  kRefuse   ///< It becomes unknown, and observations outside are refused.
-};
-
-/// Name of a state: "keep", "forget", "refuse".
-[[nodiscard]] const char* toString(OutsideWindow outside);
-
-/// Part of a map that stays in memory.
-struct WindowConfig {
-  double size_m = 100.0;   ///< Edge of the window, a cube: > 0.
-  double margin_m = 10.0;  ///< Pages in memory stay up to this far outside the window: >= 0.
-  OutsideWindow outside = OutsideWindow::kKeep;  ///< State of the map outside.
-};
-
-/// Cells whose pages stay in memory: the window around a point, and its margin. @param center_map  Metres.
-[[nodiscard]] CellBox cellsKeptAround(const Eigen::Vector3d& center_map, const WindowConfig& config,
-                                      const Grid& grid);
 
 /// Counts of a window so far, and its state.
 struct WindowFigures {
@@ -56,73 +37,78 @@ struct WindowFigures {
 /// that the last clouds have touched. Evicts the others.
 ///
 /// With OutsideWindow::kKeep the map in memory and the store are one map, equal voxel by voxel to a
-/// map without a window. The caller loads the pages that a change touches before it makes the change:
+/// map without a window. Changes go through the window, which loads the pages that they touch:
 ///
-///     ChangeSet changes;
-///     const ScanUpdate& admitted = window.admit(update, center_map, map, changes);  // a cloud
-///     window.settle(map.apply(admitted), map, changes);
+///     MapWindow window(config, std::move(store), map);
+///     const ScanUpdate& admitted = window.admit(update, center_map, changes);  // a cloud
+///     CuboidMap::PendingChange change = map.prepare(admitted, model);
+///     window.commit(change, changes);
 ///
-///     window.load(box, map, changes);  // an edit
-///     const ChangeSet edited = map.replace(box, bricks);
-///     window.note(edited);
+///     window.edit(box, [&] { return map.replace(box, bricks); }, changes);  // an edit
 ///
-/// Nobody else may change the map between these calls; readers may look at it.
+/// Nobody else may change the voxels of the map; readers may look at it.
 ///
 /// A page that cannot be written stays in memory, and is written again later: nothing is lost, and memory grows
-/// meanwhile. A page that cannot be read stays in the store, and takes no observations.
+/// meanwhile. A page that cannot be read stays in the store, and takes no observations until a later try succeeds.
+///
+/// Where memory fails, a function throws std::bad_alloc. Pages may have been loaded, and the change itself has not
+/// been made.
 ///
 /// Locks of the map stay when pages are evicted. A page with a locked voxel does not become unknown.
+///
+/// `changes` gets the changed bricks, those of loaded and evicted pages too, also when a function throws.
 ///
 /// Const functions may run side by side, as those of the map; all others need exclusive access to both.
 class MapWindow {
  public:
   /// @param store  A store with a head for OutsideWindow::kKeep; else null. @param map  Wholly in memory; all
-  ///               of it counts as changed. All calls need the same map.
+  ///               of it counts as changed. Must outlive this object, and not move.
   /// @throws std::invalid_argument  for a bad size or margin, or a missing or needless store.
-  MapWindow(const WindowConfig& config, std::unique_ptr<MapStore> store, const CuboidMap& map);
+  MapWindow(const WindowConfig& config, std::unique_ptr<MapStore> store, CuboidMap& map);
 
   /// Begins a step: moves the window, and loads the pages that an update touches. Pages that cannot be read are
   /// counted in the figures.
-  /// @param center_map  Middle of the window. @param changes  Gets the loaded pages.
+  /// @param center_map  Middle of the window.
   /// @return The update to apply: `update`, or its admitted part, valid until the next step.
   /// @complexity O(bricks of the update); O(pages in the store) when the window moves to other pages.
   [[nodiscard]] const ScanUpdate& admit(const ScanUpdate& update, const Eigen::Vector3d& center_map,
-                                        CuboidMap& map, ChangeSet& changes);
+                                        ChangeSet& changes);
 
-  /// Ends a step: notes the applied changes, prefetches pages of the window, and evicts others. Failures of the
-  /// store are counted in the figures.
+  /// Ends a step: makes the change, see CuboidMap::commit(); prefetches pages of the window, and evicts others. Failures
+  /// of the store, and of memory after the change, are counted in the figures.
   ///
-  /// Every kStepsAWrite-th step evicts pages to the store: at most kPagesAStep, or one in kPartLeaving of those
-  /// that may leave if that is more, so that memory does not grow with the length of a drive.
+  /// Every kStepsAWrite-th step evicts pages to the store: at most kPagesAStep, or one in kEvictedShare of those
+  /// that may be evicted if that is more, so that memory does not grow with the length of a drive.
   ///
-  /// @param applied  The result of CuboidMap::apply() or commit().
-  /// @param changes  Gets `applied`, and the loaded and evicted pages.
-  /// @complexity O(pages in memory) besides the loaded and evicted pages.
-  void settle(const ChangeSet& applied, CuboidMap& map, ChangeSet& changes);
+  /// @param change  The result of CuboidMap::prepare() for that of admit().
+  /// @complexity O(pages in memory) besides the change and the loaded and evicted pages.
+  void commit(CuboidMap::PendingChange& change, ChangeSet& changes);
+
+  /// Changes voxels of a box, whose pages are loaded first.
+  /// @param work  Changes the map within the box. Its exceptions are passed on; everything counts as changed then.
+  /// @throws MapFileError  when a page cannot be read; `work` is not called then.
+  void edit(const CellBox& box, FunctionRef<ChangeSet()> work, ChangeSet& changes);
+
+  /// Replaces the whole map, and the store. Errors of the store are counted in the figures.
+  /// @param work  Replaces the map. Its exceptions are passed on: the pages are those of the map that it leaves.
+  void replaceAll(FunctionRef<ChangeSet()> work, ChangeSet& changes);
 
   /// Number of pages in the store alone that share a cell with a box.
   /// @complexity O(pages of the box, or of the store if these are fewer).
   [[nodiscard]] std::size_t countNotLoaded(const CellBox& box) const;
 
-  /// Loads the pages that share a cell with a box; they stay for kIdleSteps steps at least.
-  /// @param changes  Gets the loaded pages, also when a page cannot be read. @param max_pages  Maximum number.
+  /// Loads the pages that share a cell with a box; they stay for WindowConfig::kIdleSteps steps at least.
+  /// @param max_pages  Maximum number.
   /// @throws MapFileError  when a page cannot be read; the pages before it are loaded.
-  void load(const CellBox& box, CuboidMap& map, ChangeSet& changes,
+  void load(const CellBox& box, ChangeSet& changes,
             std::size_t max_pages = std::numeric_limits<std::size_t>::max());
-
-  /// Notes a change that was made outside of a step. @pre It was within pages that were
-  /// in memory, or new.
-  void note(const ChangeSet& changes);
-
-  /// Notes that the whole map was replaced, and replaces the store. Errors are counted in the figures.
-  void noteReplaced(const CuboidMap& map);
 
   /// Writes all changes to the store, if there is one.
   /// @return Whether this succeeded; else the figures say why, and all stays in memory.
-  bool save(const CuboidMap& map);
+  bool save();
 
   /// As save(), but at most kPagesAStep pages. @return Whether more remain, and this call succeeded.
-  bool saveSome(const CuboidMap& map);
+  bool saveSome();
 
   /// Keeps all pages in memory until it is called with false, for long reads.
   void hold(bool is_held) { is_held_ = is_held; }
@@ -134,7 +120,7 @@ class MapWindow {
   void addStored(const Cell& page, const SnapshotLimits& limits, MapSnapshot& snapshot) const;
 
   /// Writes the sensor model of the map to the store. Errors are counted in the figures.
-  void saveHead(const CuboidMap& map);
+  void saveHead();
 
   /// See WindowFigures.
   [[nodiscard]] WindowFigures figures() const;
@@ -143,49 +129,47 @@ class MapWindow {
   /// Configuration of the constructor.
   [[nodiscard]] const WindowConfig& config() const { return config_; }
 
-  /// Number of pages that a step evicts or prefetches; evictions keep up with the drive, see settle().
+  /// Number of pages that a step evicts or prefetches; evictions keep up with the drive, see commit().
   static constexpr std::size_t kPagesAStep = 16;
-  /// One in so many pages that may leave is evicted at once, where that is more than kPagesAStep.
-  static constexpr std::size_t kPartLeaving = 4;
+  /// One in so many pages that may be evicted is evicted at once, where that is more than kPagesAStep.
+  static constexpr std::size_t kEvictedShare = 4;
   /// Steps from one eviction to the store to the next: fewer transactions, which wait for the disk.
   static constexpr std::uint64_t kStepsAWrite = 8;
-  /// Steps for which a touched page outside the window stays, so that pages within reach of the sensor are not
-  /// evicted and loaded again and again.
-  static constexpr std::uint64_t kIdleSteps = 10;
-  /// Idle steps of a window: with kRefuse, pages are evicted at once.
-  [[nodiscard]] static constexpr std::uint64_t idleSteps(const WindowConfig& config) {
-    return config.outside == OutsideWindow::kRefuse ? 0 : kIdleSteps;
-  }
 
  private:
   struct PageState {
-    bool is_changed = false;  ///< Whether the page has changed since it was read or written.
+    bool is_dirty = false;  ///< Whether the page has changed since it was read or written.
     std::uint64_t last_use = 0;
   };
   using Pages = std::unordered_map<Cell, PageState, CellHash>;
   using PageSet = std::unordered_set<Cell, CellHash>;
 
-  void moveTo(const Eigen::Vector3d& center_map, const Grid& grid);
-  [[nodiscard]] PageSet bringBack(const std::vector<Cell>& touched, CuboidMap& map,
-                                  ChangeSet& changes);
-  void bringAhead(CuboidMap& map, ChangeSet& changes);
+  void moveTo(const Eigen::Vector3d& center_map);
+  [[nodiscard]] PageSet loadTouched(const std::vector<Cell>& touched, ChangeSet& changes);
+  void prefetch(ChangeSet& changes);
+  [[nodiscard]] bool isUnreadable(const Cell& page) const;
+  void noteUnreadable(const Cell& page, const MapFileError& error);
   /// Calls `visit(page)` for the pages in the store alone that share a cell with a box. @complexity As
   /// countNotLoaded().
   template <typename VisitT>
   void forEachStored(const CellBox& box, const VisitT& visit) const;
-  void loadPage(const Cell& page, CuboidMap& map, ChangeSet& changes);
-  [[nodiscard]] std::vector<Cell> findLeaving(const CuboidMap& map) const;
-  void letLeave(std::vector<Cell> pages, CuboidMap& map, ChangeSet& changes);
-  [[nodiscard]] std::vector<Cell> findChanged() const;
-  [[nodiscard]] bool write(const std::vector<Cell>& pages, const CuboidMap& map);
-  void noteFailure(const std::string& text);
+  void loadPage(const Cell& page, ChangeSet& changes);
+  [[nodiscard]] std::vector<Cell> findEvictable() const;
+  void evict(std::vector<Cell> pages, ChangeSet& changes);
+  void markDirty(const ChangeSet& changes) noexcept;
+  void listPages();
+  [[nodiscard]] std::vector<Cell> findDirty() const;
+  [[nodiscard]] bool write(const std::vector<Cell>& pages);
+  void noteFailure(const char* text) noexcept;
 
   WindowConfig config_;
+  CuboidMap& map_;
   mutable std::mutex reading_;  ///< Guards concurrent reads of the store.
   std::unique_ptr<MapStore> store_;
-  Pages pages_;              ///< Pages in memory.
-  PageSet stored_;           ///< Pages only in the store.
-  PageSet unreadable_;       ///< Pages among these that could not be read.
+  Pages pages_;     ///< Pages in memory.
+  PageSet stored_;  ///< Pages only in the store.
+  /// Pages among these that could not be read, and the step of the last try.
+  std::unordered_map<Cell, std::uint64_t, CellHash> unreadable_;
   std::vector<Cell> ahead_;  ///< Pages of the window to prefetch.
   CellBox window_;
   CellBox outer_;         ///< Cells of the window with its margin.
@@ -194,6 +178,8 @@ class MapWindow {
   std::uint64_t step_ = 0;
   std::uint64_t next_write_ = 0;  ///< Step before which nothing is written, after a failure.
   bool is_store_stale_ = false;   ///< The store has a map that was replaced.
+  bool are_pages_stale_ =
+      false;  ///< Pages of the map may lack in `pages_`, after a failure of memory.
   bool is_held_ = false;
   std::size_t num_loaded_now_ = 0;  ///< Pages loaded in this step.
   WindowFigures figures_;

@@ -20,7 +20,7 @@ namespace cuboid_mapping {
 /// Puts clouds into a map; with several threads, beside the ray walk of the next cloud.
 class CloudReplay {
  public:
-  /// @param map  Must outlive this object. Read it only after settle().
+  /// @param map  Must outlive this object. Read it only after wait().
   explicit CloudReplay(CuboidMap& map) : map_(map) {}
 
   /// Observations of a cloud. Does not read the map. @param config  Must not move while this object lives.
@@ -31,7 +31,7 @@ class CloudReplay {
   void put(const std::vector<Scan>& scans_body, const Eigen::Isometry3d& T_map_body,
            const ObservationConfig& config, const BrickRegion* region = nullptr);
   /// Waits for the last cloud.
-  void settle() { applying_.wait(); }
+  void wait() { applying_.wait(); }
 
  private:
   ScanUpdater& updaterOf(const ObservationConfig& config);

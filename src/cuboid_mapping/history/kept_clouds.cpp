@@ -126,7 +126,7 @@ KeptClouds::~KeptClouds() = default;
 
 std::size_t KeptClouds::add(std::uint64_t number, const std::vector<Scan>& scans_body) {
   const std::string bytes = packScans(scans_body, step_m_);
-  SqliteStatement put(*database_, "INSERT INTO clouds VALUES (?, ?)");
+  SqliteStatement put(*database_, "INSERT OR REPLACE INTO clouds VALUES (?, ?)");
   put.bind(1, static_cast<std::int64_t>(number));
   put.bindBytes(2, bytes);
   put.step();
@@ -143,8 +143,8 @@ std::string KeptClouds::read(std::uint64_t number) const {
   return std::string(find.bytes(0));
 }
 
-void KeptClouds::remove(std::uint64_t number) {
-  SqliteStatement remove(*database_, "DELETE FROM clouds WHERE number = ?");
+void KeptClouds::removeBefore(std::uint64_t number) {
+  SqliteStatement remove(*database_, "DELETE FROM clouds WHERE number < ?");
   remove.bind(1, static_cast<std::int64_t>(number));
   remove.step();
 }

@@ -100,7 +100,7 @@ bool MapCorrection::Implementation::concerns(const HistoryEvent& cloud) const {
 void MapCorrection::Implementation::put(const HistoryEvent& event, const std::string& packed,
                                         double step_m, CloudReplay& replay) {
   if (!event.isCloud()) {
-    replay.settle();
+    replay.wait();
     putEdit(event);
     return poses.push_back(Eigen::Isometry3d::Identity());
   }

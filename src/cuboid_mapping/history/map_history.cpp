@@ -69,36 +69,53 @@ std::vector<CellBox> subtract(const std::vector<CellBox>& boxes,
   return left.boxes();
 }
 
-/// The bricks of a map that share a cell with a box.
-std::vector<VoxelBrick> bricksOf(const CuboidMap& map, const CellBox& box) {
-  std::vector<VoxelBrick> bricks;
-  if (box.isEmpty()) return bricks;
-  map.voxels().forEachIn(box, [&](const VoxelBrick& brick) { bricks.push_back(brick); });
-  return bricks;
-}
-
 }  // namespace
 
 struct MapHistory::Implementation {
   Implementation(const MapConfig& config, double step_m, const HistoryLimits& history_limits)
       : limits(history_limits), base(config), clouds(step_m) {}
 
+  /// Counts an event in the figures, or takes it out again.
+  void count(const HistoryEvent& event, bool is_added) {
+    const auto change = [is_added](auto& sum, auto part) { is_added ? sum += part : sum -= part; };
+    change(num_bytes, event.num_bytes);
+    change(num_points, event.num_points);
+    change(num_clouds, std::size_t{event.isCloud() ? 1U : 0U});
+  }
   void append(HistoryEvent event) {
-    num_bytes += event.num_bytes;
-    num_points += event.num_points;
-    num_clouds += event.isCloud() ? 1 : 0;
     events.push_back(std::move(event));
+    count(events.back(), true);
   }
 
-  /// Notes the boxes that an edit has locked and unlocked.
-  void noteLocks(HistoryEvent& edit) {
+  /// Adds a cloud and its scans, then keeps to the limits. Where it throws, the cloud is not there.
+  void addCloud(HistoryEvent event, const std::vector<Scan>& scans_body) {
+    clouds.removeBefore(first);  // Those that became fixed.
+    const std::int64_t newest_before_ns = newest_ns;
+    event.num_bytes = clouds.add(first + events.size(), scans_body);
+    append(std::move(event));
+    newest_ns = std::max(newest_ns, events.back().pose.stamp_ns);
+    try {
+      while (hold.use_count() == 1 && !events.empty() && isOverLimits()) fixOldest();
+    } catch (...) {
+      count(events.back(), false);
+      events.pop_back();
+      newest_ns = newest_before_ns;
+      throw;
+    }
+  }
+
+  /// Adds an edit with the boxes that it has locked and unlocked.
+  void addEdit(HistoryEvent edit) {
+    std::vector<CellBox> locked_after = edit.locked;
     edit.newly_locked = subtract(edit.locked, locked);
     edit.newly_unlocked = subtract(locked, edit.locked);
-    locked = edit.locked;
-    if (!edit.whole.isEmpty()) return;
-    for (const auto* boxes : {&edit.newly_locked, &edit.newly_unlocked}) {
-      for (const CellBox& box : *boxes) edit.whole = unite(edit.whole, box);
+    if (edit.whole.isEmpty()) {
+      for (const auto* boxes : {&edit.newly_locked, &edit.newly_unlocked}) {
+        for (const CellBox& box : *boxes) edit.whole = unite(edit.whole, box);
+      }
     }
+    append(std::move(edit));
+    locked = std::move(locked_after);
   }
 
   std::shared_ptr<const ObservationConfig> share(const ObservationConfig& config) {
@@ -121,22 +138,19 @@ struct MapHistory::Implementation {
     return 1e-9 * static_cast<double>(newest_ns - oldest->pose.stamp_ns) > limits.max_age_s;
   }
 
-  /// Puts the oldest event into the initial map.
+  /// Puts the oldest event into the initial map. Where it throws, the event is not in it.
   void fixOldest() {
     const HistoryEvent& event = events.front();
     if (event.isCloud()) {
       fixing.put(unpackScans(clouds.read(first), clouds.step_m()), event.pose.T_map_body,
                  *event.config);
-      fixing.settle();
-      clouds.remove(first);
+      fixing.wait();
       ++num_fixed;
-      --num_clouds;
     } else {
       base.setLocked(event.locked);
       base.replace(event.box, event.bricks);
     }
-    num_bytes -= event.num_bytes;
-    num_points -= event.num_points;
+    count(event, false);  // Nothing throws from here on.
     events.pop_front();
     ++first;
   }
@@ -257,6 +271,7 @@ void MapHistory::restart(const CuboidMap& map) {
   Implementation& own = *implementation_;
   CuboidMap base(map.config());
   restoreSnapshot(takeSnapshot(map, ""), base);
+  std::vector<CellBox> locked = base.lockedBoxes();
   const std::lock_guard<std::mutex> lock(own.mutex);
   own.clouds.clear();
   own.num_fixed += own.num_clouds;
@@ -267,7 +282,7 @@ void MapHistory::restart(const CuboidMap& map) {
   own.num_points = 0;
   own.newest_ns = std::numeric_limits<std::int64_t>::min();
   own.base = std::move(base);
-  own.locked = own.base.lockedBoxes();
+  own.locked = std::move(locked);
   ++own.start;
 }
 
@@ -278,21 +293,17 @@ void MapHistory::add(const KeptCloud& cloud, const ObservationConfig& config) {
   event.config = own.share(config);
   event.pose = {cloud.stamp_ns, cloud.T_map_body};
   measure(cloud.scans_body, event);
-  event.num_bytes = own.clouds.add(own.first + own.events.size(), cloud.scans_body);
-  own.append(std::move(event));
-  own.newest_ns = std::max(own.newest_ns, cloud.stamp_ns);
-  while (own.hold.use_count() == 1 && !own.events.empty() && own.isOverLimits()) own.fixOldest();
+  own.addCloud(std::move(event), cloud.scans_body);
 }
 
 void MapHistory::addEdit(const CellBox& box, const CuboidMap& map, const CellBox& whole) {
   HistoryEvent event;
   event.box = box;
   event.whole = whole.isEmpty() ? box : whole;
-  event.bricks = bricksOf(map, box);
+  event.bricks = map.voxels().copyIn(box);
   event.locked = map.lockedBoxes();
   const std::lock_guard<std::mutex> lock(implementation_->mutex);
-  implementation_->noteLocks(event);
-  implementation_->append(std::move(event));
+  implementation_->addEdit(std::move(event));
 }
 
 std::uint64_t MapHistory::numAdded() const {
@@ -375,7 +386,7 @@ std::size_t MapHistory::catchUp(MapCorrection& correction, const ProgressListene
     made.put(event, packed, implementation_->clouds.step_m(), replay);
     if (listener) listener(made.poses.size(), implementation_->countEvents());
   }
-  replay.settle();
+  replay.wait();
   return count;
 }
 
@@ -390,7 +401,7 @@ void MapHistory::finish(MapCorrection& correction) {
   while (own.takeNextLocked(made, event, packed)) {
     made.put(event, packed, own.clouds.step_m(), replay);
   }
-  replay.settle();
+  replay.wait();
   for (std::size_t i = 0; i < own.events.size(); ++i) {
     if (own.events[i].isCloud()) own.events[i].pose.T_map_body = made.poses[i];
   }

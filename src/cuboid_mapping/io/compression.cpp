@@ -5,6 +5,7 @@
 
 #include <zlib.h>
 #include <zstd.h>
+#include <zstd_errors.h>
 
 #include <memory>
 #include <new>
@@ -43,6 +44,7 @@ std::string decompress(std::string_view compressed, std::uint64_t claimed_bytes)
     ZSTD_outBuffer out{chunk.data(), chunk.size(), 0};
     const std::size_t position = in.pos;
     is_open = ZSTD_decompressStream(context.get(), &out, &in);
+    if (ZSTD_getErrorCode(is_open) == ZSTD_error_memory_allocation) throw std::bad_alloc();
     if (ZSTD_isError(is_open) != 0) failCorrupted("its content cannot be decompressed");
     payload.append(chunk, 0, out.pos);
     if (payload.size() > claimed_bytes) failCorrupted("its content is longer than its header says");

@@ -143,6 +143,7 @@ MapStore::MapStore(const std::string& file, StoreAccess access) : file_(file) {
 MapStore::~MapStore() = default;
 
 void MapStore::transact(const std::function<void()>& work) {
+  database_->rollBack();  // Of work that failed when there was no memory for that, either.
   try {
     database_->run("BEGIN IMMEDIATE");
     work();

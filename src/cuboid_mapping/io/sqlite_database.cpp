@@ -100,6 +100,8 @@ bool SqliteStatement::step() {
 std::string_view SqliteStatement::bytes(int column) const {
   const auto* data = static_cast<const char*>(sqlite3_column_blob(statement_, column));
   const auto size = static_cast<std::size_t>(sqlite3_column_bytes(statement_, column));
+  if (data == nullptr && sqlite3_errcode(database_.handle()) == SQLITE_NOMEM)
+    throw std::bad_alloc();
   return {data, data == nullptr ? 0 : size};
 }
 

@@ -70,7 +70,7 @@ class SqliteStatement {
     return sqlite3_column_type(statement_, column) == SQLITE_INTEGER;
   }
   [[nodiscard]] double real(int column) const { return sqlite3_column_double(statement_, column); }
-  [[nodiscard]] std::string_view bytes(int column) const;
+  [[nodiscard]] std::string_view bytes(int column) const;  ///< @throws std::bad_alloc
   ///@}
 
  private:

@@ -43,11 +43,8 @@ std::string findFaultOfLocks(const std::vector<CellBox>& boxes) {
 }  // namespace
 
 MapSnapshot takeSnapshot(const CuboidMap& map, const std::string& frame_id) {
-  MapSnapshot snapshot{
-      map.config().resolution_m, map.config().sensor_model, map.config().environment, frame_id, {}};
-  snapshot.bricks.reserve(map.voxels().size());
-  map.voxels().forEach([&](const VoxelBrick& brick) { snapshot.bricks.push_back(brick); });
-  sortBricks(snapshot.bricks);
+  MapSnapshot snapshot{map.config().resolution_m, map.config().sensor_model,
+                       map.config().environment, frame_id, map.voxels().copyIn(kAllCells)};
   snapshot.locked = map.lockedBoxes();
   return snapshot;
 }

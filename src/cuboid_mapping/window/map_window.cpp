@@ -3,13 +3,14 @@
 
 #include <algorithm>
 #include <cassert>
-#include <cmath>
+#include <new>
 #include <stdexcept>
+#include <utility>
 
 namespace cuboid_mapping {
 namespace {
 
-/// Steps after which a failed write is repeated.
+/// Steps after which a failed write or read is repeated.
 constexpr std::uint64_t kRetrySteps = 20;
 
 /// The pages of an update, each once. Neighbours in the update mostly share a page.
@@ -24,36 +25,6 @@ std::vector<Cell> findTouched(const ScanUpdate& update) {
     if (found.insert(page).second) pages.push_back(page);
   }
   return pages;
-}
-
-/// The cells of a cube, cut at the limits of a map.
-CellBox cubeAround(const Eigen::Vector3d& center_cells, double edge_cells) {
-  CellBox cube;
-  constexpr double kMax = Grid::kMaxCell;
-  for (int axis = 0; axis < 3; ++axis) {
-    const double min = std::floor(center_cells[axis] - 0.5 * edge_cells);
-    const double max = std::ceil(center_cells[axis] + 0.5 * edge_cells);
-    cube.min[axis] = static_cast<std::int32_t>(std::clamp(min, -kMax, kMax));
-    cube.max[axis] = static_cast<std::int32_t>(std::clamp(max, -kMax, kMax));
-  }
-  return cube;
-}
-
-std::vector<VoxelBrick> bricksOf(const CuboidMap& map, const Cell& page) {
-  std::vector<VoxelBrick> bricks;
-  map.voxels().forEachIn(pageBox(page), [&](const VoxelBrick& brick) { bricks.push_back(brick); });
-  sortBricks(bricks);
-  return bricks;
-}
-
-/// Number of pages that share a cell with a box.
-double numPages(const CellBox& box) {
-  double count = 1.0;
-  for (int axis = 0; axis < 3; ++axis) {
-    // Computed in double: a box may be wider than an int32.
-    count *= 1.0 + (1.0 * pageOf(box.max)[axis] - pageOf(box.min)[axis]) / kPageEdge;
-  }
-  return count;
 }
 
 bool isAnyLocked(const std::vector<CellBox>& locked, const Cell& page) {
@@ -71,23 +42,8 @@ MapSnapshot headOf(const CuboidMap& map, const MapStore& store) {
 
 }  // namespace
 
-const char* toString(OutsideWindow outside) {
-  switch (outside) {
-    case OutsideWindow::kKeep: return "keep";
-    case OutsideWindow::kForget: return "forget";
-    default: return "refuse";
-  }
-}
-
-CellBox cellsKeptAround(const Eigen::Vector3d& center_map, const WindowConfig& config,
-                        const Grid& grid) {
-  return cubeAround(grid.toCellUnits(center_map),
-                    (config.size_m + 2.0 * config.margin_m) / grid.resolution());
-}
-
-MapWindow::MapWindow(const WindowConfig& config, std::unique_ptr<MapStore> store,
-                     const CuboidMap& map)
-    : config_(config), store_(std::move(store)) {
+MapWindow::MapWindow(const WindowConfig& config, std::unique_ptr<MapStore> store, CuboidMap& map)
+    : config_(config), map_(map), store_(std::move(store)) {
   if (!(config.size_m > 0.0) || !(config.margin_m >= 0.0)) {
     throw std::invalid_argument("the size of a window must be > 0, its margin at least 0");
   }
@@ -98,19 +54,28 @@ MapWindow::MapWindow(const WindowConfig& config, std::unique_ptr<MapStore> store
   if (store_) {
     for (const Cell& page : store_->pages()) stored_.insert(page);
   }
-  map.voxels().forEach([this](const VoxelBrick& brick) {
-    pages_[pageOf(brick.brick)].is_changed = true;
-    stored_.erase(pageOf(brick.brick));
+  listPages();
+}
+
+/// Lists the pages of the map, all of them as changed.
+void MapWindow::listPages() {
+  for (auto& [page, state] : pages_) state.is_dirty = true;
+  map_.voxels().forEach([this](const VoxelBrick& brick) {
+    const Cell page = pageOf(brick.brick);
+    pages_[page] = {true, step_};
+    stored_.erase(page);
   });
+  are_pages_stale_ = false;
 }
 
 const ScanUpdate& MapWindow::admit(const ScanUpdate& update, const Eigen::Vector3d& center_map,
-                                   CuboidMap& map, ChangeSet& changes) {
+                                   ChangeSet& changes) {
+  if (are_pages_stale_) listPages();
   ++step_;
   num_loaded_now_ = 0;
-  changes.revision = map.revision();
-  moveTo(center_map, map.grid());
-  const PageSet left_out = bringBack(findTouched(update), map, changes);
+  changes.revision = map_.revision();
+  moveTo(center_map);
+  const PageSet left_out = loadTouched(findTouched(update), changes);
   if (left_out.empty()) return update;
   const auto is_left_out = [&](const Cell& cell) { return left_out.count(pageOf(cell)) > 0; };
   admitted_ = update;
@@ -124,31 +89,44 @@ const ScanUpdate& MapWindow::admit(const ScanUpdate& update, const Eigen::Vector
   return admitted_;
 }
 
-void MapWindow::settle(const ChangeSet& applied, CuboidMap& map, ChangeSet& changes) {
-  note(applied);
+void MapWindow::commit(CuboidMap::PendingChange& change, ChangeSet& changes) {
+  const ChangeSet applied = map_.commit(change);
+  markDirty(applied);
   changes.append(applied);
-  bringAhead(map, changes);
-  if (!is_held_ && (!store_ || step_ % kStepsAWrite == 0)) {
-    letLeave(findLeaving(map), map, changes);
+  try {
+    prefetch(changes);
+    const bool is_turn = !store_ || step_ % kStepsAWrite == 0;
+    if (is_turn && !is_held_ && !are_pages_stale_) evict(findEvictable(), changes);
+  } catch (const std::bad_alloc&) {  // The change is made; pages can come and go later.
+    noteFailure("there is not enough memory to load or evict pages");
   }
 }
 
-void MapWindow::moveTo(const Eigen::Vector3d& center_map, const Grid& grid) {
-  const Eigen::Vector3d center = grid.toCellUnits(center_map);
-  window_ = cubeAround(center, config_.size_m / grid.resolution());
-  outer_ = cellsKeptAround(center_map, config_, grid);
+void MapWindow::moveTo(const Eigen::Vector3d& center_map) {
+  window_ = windowAround(center_map, config_, map_.grid());
+  outer_ = cellsKeptAround(center_map, config_, map_.grid());
   const CellBox pages{pageOf(window_.min), pageOf(window_.max)};
   if (step_ > 1 && pages == window_pages_) return;
   window_pages_ = pages;
   ahead_.clear();
   for (const Cell& page : stored_) {
-    if (window_.intersects(pageBox(page)) && unreadable_.count(page) == 0) ahead_.push_back(page);
+    if (window_.intersects(pageBox(page)) && !isUnreadable(page)) ahead_.push_back(page);
   }
 }
 
+/// Whether a page could not be read a short while ago.
+bool MapWindow::isUnreadable(const Cell& page) const {
+  const auto found = unreadable_.find(page);
+  return found != unreadable_.end() && step_ < found->second + kRetrySteps;
+}
+
+void MapWindow::noteUnreadable(const Cell& page, const MapFileError& error) {
+  noteFailure(error.what());
+  unreadable_[page] = step_;
+}
+
 /// @return Touched pages that cannot take observations.
-MapWindow::PageSet MapWindow::bringBack(const std::vector<Cell>& touched, CuboidMap& map,
-                                        ChangeSet& changes) {
+MapWindow::PageSet MapWindow::loadTouched(const std::vector<Cell>& touched, ChangeSet& changes) {
   PageSet left_out;
   for (const Cell& page : touched) {
     const auto found = pages_.find(page);
@@ -161,86 +139,98 @@ MapWindow::PageSet MapWindow::bringBack(const std::vector<Cell>& touched, Cuboid
       continue;
     }
     try {
-      if (unreadable_.count(page) > 0) {
+      if (isUnreadable(page)) {
         left_out.insert(page);
       } else if (stored_.count(page) > 0) {
-        loadPage(page, map, changes);
+        loadPage(page, changes);
       } else {
         pages_[page].last_use = step_;
       }
     } catch (const MapFileError& error) {
-      noteFailure(error.what());
-      unreadable_.insert(page);
+      noteUnreadable(page, error);
       left_out.insert(page);
     }
   }
   return left_out;
 }
 
-/// Prefetches pages of the window before a cloud touches them, for queries.
-void MapWindow::bringAhead(CuboidMap& map, ChangeSet& changes) {
+/// Loads pages of the window before a cloud touches them, for queries.
+void MapWindow::prefetch(ChangeSet& changes) {
   while (!ahead_.empty() && num_loaded_now_ < kPagesAStep) {
     const Cell page = ahead_.back();
     ahead_.pop_back();
-    if (stored_.count(page) == 0 || unreadable_.count(page) > 0) continue;
+    if (stored_.count(page) == 0 || isUnreadable(page)) continue;
     try {
-      loadPage(page, map, changes);
+      loadPage(page, changes);
     } catch (const MapFileError& error) {
-      noteFailure(error.what());
-      unreadable_.insert(page);
+      noteUnreadable(page, error);
     }
   }
 }
 
-void MapWindow::loadPage(const Cell& page, CuboidMap& map, ChangeSet& changes) {
-  changes.append(map.replace(store_->read(page)));
+void MapWindow::loadPage(const Cell& page, ChangeSet& changes) {
+  assert(pages_.count(page) == 0);
+  std::vector<VoxelBrick> bricks = store_->read(page);
   pages_[page].last_use = step_;
+  try {
+    changes.append(map_.replace(std::move(bricks)));
+  } catch (...) {
+    pages_.erase(page);
+    throw;
+  }
   stored_.erase(page);
+  unreadable_.erase(page);
   ++figures_.num_loads;
   ++num_loaded_now_;
 }
 
-std::vector<Cell> MapWindow::findLeaving(const CuboidMap& map) const {
+std::vector<Cell> MapWindow::findEvictable() const {
   const bool is_kept = config_.outside == OutsideWindow::kKeep;
-  const std::vector<CellBox> locked = is_kept ? std::vector<CellBox>() : map.lockedBoxes();
-  std::vector<Cell> leaving;
+  const std::vector<CellBox> locked = is_kept ? std::vector<CellBox>() : map_.lockedBoxes();
+  std::vector<Cell> evictable;
   for (const auto& [page, state] : pages_) {
-    if (outer_.intersects(pageBox(page)) || state.last_use + idleSteps(config_) > step_) {
+    if (outer_.intersects(pageBox(page)) || state.last_use + config_.idleSteps() > step_) {
       continue;
     }
-    if (!isAnyLocked(locked, page)) leaving.push_back(page);
+    if (!isAnyLocked(locked, page)) evictable.push_back(page);
   }
-  std::sort(leaving.begin(), leaving.end());  // Makes the order independent of the table.
-  return leaving;
+  std::sort(evictable.begin(), evictable.end());  // Makes the order independent of the table.
+  return evictable;
 }
 
-void MapWindow::letLeave(std::vector<Cell> pages, CuboidMap& map, ChangeSet& changes) {
-  pages.resize(std::min(pages.size(), std::max(kPagesAStep, pages.size() / kPartLeaving)));
+void MapWindow::evict(std::vector<Cell> pages, ChangeSet& changes) {
+  pages.resize(std::min(pages.size(), std::max(kPagesAStep, pages.size() / kEvictedShare)));
   if (store_) {
-    const auto is_changed = [this](const Cell& page) { return pages_.at(page).is_changed; };
-    const auto first_changed = std::stable_partition(
-        pages.begin(), pages.end(), [&](const Cell& page) { return !is_changed(page); });
-    const std::vector<Cell> changed(first_changed, pages.end());
-    if (!write(changed, map)) pages.erase(first_changed, pages.end());
-  } else {
-    figures_.num_forgotten += pages.size();
+    const auto is_dirty = [this](const Cell& page) { return pages_.at(page).is_dirty; };
+    const auto first_dirty = std::stable_partition(
+        pages.begin(), pages.end(), [&](const Cell& page) { return !is_dirty(page); });
+    const std::vector<Cell> dirty(first_dirty, pages.end());
+    if (!write(dirty)) pages.erase(first_dirty, pages.end());
   }
   for (const Cell& page : pages) {
-    const ChangeSet change = map.replace(pageBox(page), std::vector<VoxelBrick>());
-    if (store_ && !change.bricks.empty()) stored_.insert(page);
+    if (store_) stored_.insert(page);
+    ChangeSet change;
+    try {
+      change = map_.replace(pageBox(page), std::vector<VoxelBrick>());
+    } catch (...) {
+      stored_.erase(page);  // It is still in memory.
+      throw;
+    }
+    if (change.bricks.empty()) stored_.erase(page);  // The store has no empty pages.
     changes.append(change);
     pages_.erase(page);
+    if (!store_) ++figures_.num_forgotten;
   }
 }
 
 /// @return Whether the store has these pages now.
-bool MapWindow::write(const std::vector<Cell>& pages, const CuboidMap& map) {
+bool MapWindow::write(const std::vector<Cell>& pages) {
   if (pages.empty()) return true;
   if (step_ < next_write_) return false;
-  const auto bricks_of = [&](const Cell& page) { return bricksOf(map, page); };
+  const auto bricks_of = [this](const Cell& page) { return map_.voxels().copyIn(pageBox(page)); };
   try {
     if (is_store_stale_) {
-      store_->replaceAll(headOf(map, *store_), pages, bricks_of);
+      store_->replaceAll(headOf(map_, *store_), pages, bricks_of);
     } else {
       store_->write(pages, bricks_of);
     }
@@ -251,13 +241,17 @@ bool MapWindow::write(const std::vector<Cell>& pages, const CuboidMap& map) {
   }
   is_store_stale_ = false;
   figures_.num_writes += pages.size();
-  for (const Cell& page : pages) pages_.at(page).is_changed = false;
+  for (const Cell& page : pages) pages_.at(page).is_dirty = false;
   return true;
 }
 
-void MapWindow::noteFailure(const std::string& text) {
+void MapWindow::noteFailure(const char* text) noexcept {
   ++figures_.num_failures;
-  figures_.last_failure = text;
+  try {
+    figures_.last_failure = text;
+  } catch (const std::bad_alloc&) {
+    figures_.last_failure.clear();
+  }
 }
 
 template <typename VisitT>
@@ -285,67 +279,89 @@ std::size_t MapWindow::countNotLoaded(const CellBox& box) const {
   return count;
 }
 
-void MapWindow::load(const CellBox& box, CuboidMap& map, ChangeSet& changes,
-                     std::size_t max_pages) {
-  changes.revision = map.revision();
+void MapWindow::load(const CellBox& box, ChangeSet& changes, std::size_t max_pages) {
+  if (are_pages_stale_) listPages();
+  changes.revision = map_.revision();
   std::vector<Cell> pages;
   forEachStored(box, [&](const Cell& page) {
     if (pages.size() < max_pages) pages.push_back(page);
   });
-  for (const Cell& page : pages) loadPage(page, map, changes);
+  for (const Cell& page : pages) loadPage(page, changes);
 }
 
-void MapWindow::note(const ChangeSet& changes) {
+void MapWindow::edit(const CellBox& box, FunctionRef<ChangeSet()> work, ChangeSet& changes) {
+  load(box, changes);
+  try {
+    const ChangeSet edited = work();
+    markDirty(edited);
+    changes.append(edited);
+  } catch (...) {  // Some of it may be done.
+    are_pages_stale_ = true;
+    changes.is_everything = true;
+    throw;
+  }
+}
+
+void MapWindow::markDirty(const ChangeSet& changes) noexcept {
   if (changes.is_everything) {
-    for (auto& [page, state] : pages_) state.is_changed = true;
+    for (auto& [page, state] : pages_) state.is_dirty = true;
   }
-  for (const ChangedBrick& brick : changes.bricks) {
-    assert(stored_.count(pageOf(brick.brick)) == 0);
-    pages_[pageOf(brick.brick)] = {true, step_};
+  try {
+    for (const ChangedBrick& brick : changes.bricks) {
+      assert(stored_.count(pageOf(brick.brick)) == 0);
+      pages_[pageOf(brick.brick)] = {true, step_};
+    }
+  } catch (const std::bad_alloc&) {
+    are_pages_stale_ = true;
   }
 }
 
-void MapWindow::noteReplaced(const CuboidMap& map) {
+void MapWindow::replaceAll(FunctionRef<ChangeSet()> work, ChangeSet& changes) {
+  are_pages_stale_ = true;
+  try {
+    changes.append(work());
+  } catch (...) {
+    changes.is_everything = true;
+    throw;
+  }
   pages_.clear();
   stored_.clear();
   unreadable_.clear();
   ahead_.clear();
-  map.voxels().forEach([this](const VoxelBrick& brick) {
-    pages_[pageOf(brick.brick)] = {true, step_};
-  });
-  if (!store_) return;
-  is_store_stale_ = true;
-  next_write_ = step_;
-  (void)save(map);
+  is_store_stale_ = store_ != nullptr;
+  listPages();
+  (void)save();
 }
 
-std::vector<Cell> MapWindow::findChanged() const {
-  std::vector<Cell> changed;
+std::vector<Cell> MapWindow::findDirty() const {
+  std::vector<Cell> dirty;
   for (const auto& [page, state] : pages_) {
-    if (state.is_changed) changed.push_back(page);
+    if (state.is_dirty) dirty.push_back(page);
   }
-  return changed;
+  return dirty;
 }
 
-bool MapWindow::saveSome(const CuboidMap& map) {
+bool MapWindow::saveSome() {
   if (!store_) return false;
-  std::vector<Cell> changed = findChanged();
-  if (changed.size() <= kPagesAStep) {
-    (void)save(map);
+  if (are_pages_stale_) listPages();
+  std::vector<Cell> dirty = findDirty();
+  if (dirty.size() <= kPagesAStep) {
+    (void)save();
     return false;
   }
-  changed.resize(kPagesAStep);
+  dirty.resize(kPagesAStep);
   next_write_ = step_;
-  return write(changed, map);
+  return write(dirty);
 }
 
-bool MapWindow::save(const CuboidMap& map) {
+bool MapWindow::save() {
   if (!store_) return true;
-  const std::vector<Cell> changed = findChanged();
+  if (are_pages_stale_) listPages();
+  const std::vector<Cell> dirty = findDirty();
   next_write_ = step_;
-  if (!changed.empty() || !is_store_stale_) return write(changed, map);
+  if (!dirty.empty() || !is_store_stale_) return write(dirty);
   try {  // An empty map.
-    store_->replaceAll(headOf(map, *store_), {}, {});
+    store_->replaceAll(headOf(map_, *store_), {}, {});
     is_store_stale_ = false;
   } catch (const MapFileError& error) {
     noteFailure(error.what());
@@ -363,10 +379,10 @@ void MapWindow::addStored(const Cell& page, const SnapshotLimits& limits,
                                                  " bricks of 8 x 8 x 8 voxels");
 }
 
-void MapWindow::saveHead(const CuboidMap& map) {
+void MapWindow::saveHead() {
   if (!store_) return;
   try {
-    MapSnapshot head = headOf(map, *store_);
+    MapSnapshot head = headOf(map_, *store_);
     if (store_->head()) head.progress = store_->head()->progress;
     store_->setHead(head);
   } catch (const MapFileError& error) {

@@ -170,8 +170,7 @@ TEST(MapStorage, savesAMapWithAWindowWhileCloudsGoOn) {
   parameters.window.config.margin_m = 1.0;
   parameters.window.file = folder / "map.sqlite";
   GuardedMap map(parameters.map);
-  map.setWindow(map.read(
-      [&](const CuboidMap& content, const ros::Time&) { return makeWindow(parameters, content); }));
+  map.setWindow([&](CuboidMap& content) { return makeWindow(parameters, content); });
   Random random(104);
   std::int32_t place = 0;
   const auto integrate = [&] {

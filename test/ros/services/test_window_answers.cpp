@@ -36,8 +36,7 @@ class WindowAnswers : public test::MapInFrameTest {
     parameters.window.config.size_m = 10.0;
     parameters.window.config.margin_m = 1.0;
     parameters.window.file = file_;
-    map_.setWindow(map_.read(
-        [&](const CuboidMap& map, const ros::Time&) { return makeWindow(parameters, map); }));
+    map_.setWindow([&](CuboidMap& map) { return makeWindow(parameters, map); });
     goAway();
   }
 
@@ -340,7 +339,7 @@ TEST_F(WindowAnswers, AMapIsMovedWithWhatIsOnDisk) {
   for (const auto& [cell, value] : before) expected[cell + Cell{3, 0, 0}] = value;
   EXPECT_EQ(voxelsOfSaved(map_, folder_ / "after.cuboids"), expected);
   // The file has the new frame at once: a killed node continues there.
-  map_.setWindow(nullptr);
+  map_.setWindow([](CuboidMap& /*map*/) { return nullptr; });
   EXPECT_EQ(cuboid_mapping::test::voxelsOf(cuboid_mapping::readMapFile(file_).snapshot.bricks),
             expected);
 }

@@ -26,7 +26,7 @@ const ScanUpdate& MovingFilter::take(const ScanUpdate& update,
   void_space_.add(update);
   if (window_.isOn()) {
     void_space_.forgetOutside(cellsKeptAround(window_center_map, window_.config, grid_),
-                              MapWindow::idleSteps(window_.config));
+                              window_.config.idleSteps());
   }
   return leaves_out ? rest_ : update;
 }

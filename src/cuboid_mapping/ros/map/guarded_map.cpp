@@ -27,10 +27,9 @@ void GuardedMap::integrate(const ros::Time& stamp, const ScanUpdate& update,
   {
     const WriteLock alone(mutex_);
     noteGathered([&](ChangeSet& changes) {
-      const ChangeSet applied = map_.commit(pending);
-      if (!window_) return changes.append(applied);
+      if (!window_) return changes.append(map_.commit(pending));
       window_->hold(num_holds_ > 0);  // Set again: a reader may have begun meanwhile.
-      window_->settle(applied, map_, changes);
+      window_->commit(pending, changes);
     });
     stamp_ = stamp;
   }
@@ -51,12 +50,10 @@ void GuardedMap::exchange(MapCorrection& correction) {
   CuboidMap& corrected = correction.map();
   followSensorModel(map_, corrected);
   const WriteLock alone(mutex_);
-  noteReplaced();
-  noteChangesOf([&] {
+  replaceWhole([&] {
     map_.setLocked(corrected.lockedBoxes());
     return map_.exchange(corrected);
   });
-  if (window_) window_->noteReplaced(map_);
 }
 
 std::unique_lock<std::mutex> GuardedMap::beginEdit() {
@@ -96,7 +93,7 @@ const ScanUpdate& GuardedMap::admit(const ScanUpdate& update,
   const ScanUpdate* admitted = nullptr;
   noteGathered([&](ChangeSet& changes) {
     window_->hold(num_holds_ > 0);
-    admitted = &window_->admit(update, window_center_map, map_, changes);
+    admitted = &window_->admit(update, window_center_map, changes);
   });
   return *admitted;
 }
@@ -117,8 +114,7 @@ void GuardedMap::load(const CellBox& box) {
   const PageHold come_back = hold();
   while (countNotLoaded(box) > 0) {
     const ChangeLock lock(*this);
-    noteGathered(
-        [&](ChangeSet& changes) { window_->load(box, map_, changes, MapWindow::kPagesAStep); });
+    noteGathered([&](ChangeSet& changes) { window_->load(box, changes, MapWindow::kPagesAStep); });
   }
 }
 
@@ -133,13 +129,13 @@ void GuardedMap::save() {
   constexpr int kMaxTurns = 100000;  // Clouds change the map meanwhile.
   for (int turn = 0; turn < kMaxTurns; ++turn) {
     const ChangeLock lock(*this);
-    if (!window_->saveSome(map_)) return;
+    if (!window_->saveSome()) return;
   }
 }
 
 void GuardedMap::saveHead() {
   const ChangeLock lock(*this);
-  if (window_) window_->saveHead(map_);
+  if (window_) window_->saveHead();
 }
 
 void GuardedMap::note(const ChangeSet& changes) {

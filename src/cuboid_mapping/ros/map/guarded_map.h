@@ -50,7 +50,11 @@ class GuardedMap {
   [[nodiscard]] const Grid& grid() const { return map_.grid(); }
 
   /// Keeps only a window of the map in memory from now on. Call it before others use the map.
-  void setWindow(std::unique_ptr<MapWindow> window) { window_ = std::move(window); }
+  /// @param make  (CuboidMap&) -> std::unique_ptr<MapWindow>; null for none.
+  template <typename MakeT>
+  void setWindow(const MakeT& make) {
+    window_ = make(map_);
+  }
 
   /// Keeps the history of the map from now on; it must have the whole map. Call it before others use the map.
   void setHistory(std::unique_ptr<KeptHistory> history) { history_ = std::move(history); }
@@ -79,12 +83,12 @@ class GuardedMap {
   template <typename WorkT>
   void editIn(const CellBox& box, const WorkT& work, const CellBox& whole = {}) {
     const ChangeLock lock(*this);
-    if (window_) noteGathered([&](auto& changes) { window_->load(box, map_, changes); });
-    noteChangesOf([&] {
-      ChangeSet changes = call(work, map_, std::as_const(stamp_));
-      if (window_) window_->note(changes);
-      return changes;
-    });
+    const auto edit = [&] { return call(work, map_, std::as_const(stamp_)); };
+    if (window_) {
+      noteGathered([&](ChangeSet& changes) { window_->edit(box, edit, changes); });
+    } else {
+      noteChangesOf(edit);
+    }
     noteEdit(box, whole);
   }
 
@@ -93,10 +97,8 @@ class GuardedMap {
   template <typename WorkT>
   void replaceAll(const WorkT& work) {
     const ChangeLock lock(*this);
-    noteReplaced();
-    noteChangesOf([&] { return call(work, map_, stamp_); });
+    replaceWhole([&] { return call(work, map_, stamp_); });
     if (history_) history_->restart(map_);
-    if (window_) window_->noteReplaced(map_);
   }
 
   /// Changes the map. Exceptions of the work are passed on: the map then stays as the work has left it, with
@@ -253,10 +255,6 @@ class GuardedMap {
     int generation_;
   };
 
-  void noteReplaced() {
-    ++num_replaced_;
-    undo_.clear();
-  }
   /// Exclusive access.
   class ChangeLock {
    public:
@@ -287,6 +285,14 @@ class GuardedMap {
       noteEverything();
       throw;
     }
+  }
+  /// @param work  () -> ChangeSet.
+  template <typename WorkT>
+  void replaceWhole(const WorkT& work) {
+    ++num_replaced_;
+    undo_.clear();
+    if (!window_) return noteChangesOf(work);
+    noteGathered([&](ChangeSet& changes) { window_->replaceAll(work, changes); });
   }
   void note(const ChangeSet& changes);
   void noteEdit(const CellBox& box, const CellBox& whole) {

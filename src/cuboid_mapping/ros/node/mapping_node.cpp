@@ -95,7 +95,7 @@ void MappingNode::beginWith(const std::optional<MapSnapshot>& start_map) {
   } else if (parameters_.window.keeps()) {
     ROS_INFO_STREAM_NAMED(kNodeName, "goes on with the map of " << parameters_.window.file);
   }
-  map_.setWindow(map_.read([&](const CuboidMap& map) { return makeWindow(parameters_, map); }));
+  map_.setWindow([&](CuboidMap& map) { return makeWindow(parameters_, map); });
   if (parameters_.window.keeps()) lockAsSaved(parameters_.window.file);
   if (parameters_.is_autosave_read) lockAsSaved(parameters_.autosave_file);
   if (parameters_.keep.isOn()) map_.setHistory(makeHistory(parameters_, map_));

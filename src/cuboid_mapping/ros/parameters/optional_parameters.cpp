@@ -150,7 +150,7 @@ std::string describePages(std::size_t num_pages) {
   return counted(num_pages, "part") + " of the map, of 64 x 64 x 64 voxels";
 }
 
-std::unique_ptr<MapWindow> makeWindow(const NodeParameters& parameters, const CuboidMap& map) {
+std::unique_ptr<MapWindow> makeWindow(const NodeParameters& parameters, CuboidMap& map) {
   const WindowParameters& window = parameters.window;
   if (!window.isOn()) return nullptr;
   // Checked again: a map to start with may come from the command line.

@@ -328,6 +328,6 @@ struct LoadedParameters {
 /// The window of the parameters, with its store opened or created; null without a window.
 /// @throws MapFileError  as openStoreOf(), and std::runtime_error for conflicting parameters.
 [[nodiscard]] std::unique_ptr<MapWindow> makeWindow(const NodeParameters& parameters,
-                                                    const CuboidMap& map);
+                                                    CuboidMap& map);
 
 }  // namespace cuboid_mapping_ros
