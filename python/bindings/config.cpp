@@ -19,8 +19,6 @@ namespace py = pybind11;
 using cuboid_mapping::Environment;
 using cuboid_mapping::FusionKind;
 using cuboid_mapping::FusionTime;
-using cuboid_mapping::GrowthStarters;
-using cuboid_mapping::GrowthStep;
 using cuboid_mapping::MapperConfig;
 
 /// Reads keyword arguments one after the other, and collects errors.
@@ -98,13 +96,12 @@ class ConfigReader {
     return arguments_.contains(key) ? py::object(arguments_[key]) : py::object();
   }
 
-  /// The keyword of a field: "growth_samples" of "map.growth.sampling.per_m".
+  /// The keyword of a field: "growth_settle_clouds" of "map.growth.settle_clouds".
   static std::string keyOf(const std::string& field) {
     static const std::map<std::string, std::string> kKeys = {
         {"max_range_m", "max_range"},
         {"end_margin_m", "end_margin"},
         {"map.resolution_m", "resolution"},
-        {"map.growth.sampling.per_m", "growth_samples"},
         {"map.growth.settle_clouds", "growth_settle_clouds"}};
     const auto key = kKeys.find(field);
     return key != kKeys.end() ? key->second : field.substr(field.rfind('.') + 1);
@@ -129,30 +126,13 @@ void readMap(ConfigReader& reader, cuboid_mapping::MapConfig& map) {
   reader.choice("environment", map.environment, {Environment::kDynamic, Environment::kStatic});
   reader.choice("fusion", map.fusion, {FusionKind::kClass, FusionKind::kGrowth, FusionKind::kNone});
   reader.choice("fuse", map.fuse, {FusionTime::kEveryCloud, FusionTime::kWhenRead});
+  reader.integer("growth_settle_clouds", map.growth.settle_clouds);
   reader.integer("max_branches", map.rtree.max_branches);
   reader.integer("min_branches", map.rtree.min_branches);
   reader.integer("threads", map.threads);
   if (map.threads == 0) {
     map.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   }
-}
-
-void readGrowth(ConfigReader& reader, cuboid_mapping::GrowthConfig& growth) {
-  reader.choice("growth_step", growth.step,
-                {GrowthStep::kCell, GrowthStep::kOwnWidth, GrowthStep::kNeighbour});
-  reader.text("growth_search",
-              "'paper', 'largest_gain', 'random', or the six directions in order as in "
-              "'+z -z +x +y -x -y'",
-              [&](const std::string& text) {
-                const auto strategy = cuboid_mapping::parseSearchStrategy(text);
-                if (strategy) growth.search = *strategy;
-                return strategy.has_value();
-              });
-  reader.choice("growth_starters", growth.starters,
-                {GrowthStarters::kSampled, GrowthStarters::kEndPoints, GrowthStarters::kChanged});
-  reader.number("growth_samples", growth.sampling.per_m);
-  reader.integer("growth_seed", growth.sampling.seed);
-  reader.integer("growth_settle_clouds", growth.settle_clouds);
 }
 
 }  // namespace
@@ -163,7 +143,6 @@ MapperConfig parseConfig(const py::dict& arguments, const MapperConfig& base) {
   readMap(reader, config.map);
   reader.number("max_range", config.max_range_m);
   reader.number("end_margin", config.end_margin_m);
-  readGrowth(reader, config.map.growth);
   reader.finish(config);
   return config;
 }
@@ -181,8 +160,7 @@ Keyword arguments, with their defaults:
   fuse='every_cloud': changed bricks are divided with each scan; 'when_read': when their cuboids are read.
   threads=1: for one scan; 0: one for each core. The map does not depend on it.
   max_branches=32, min_branches=12: order of the R-tree.
-  growth_step='cell', growth_search='paper', growth_starters='sampled', growth_samples=0.1,
-  growth_seed=1, growth_settle_clouds=10: for fusion='growth'; see doc/parameters.md.
+  growth_settle_clouds=10: for fusion='growth': scans that a voxel split out of a cuboid waits before it may fuse again.
 )";
 
 }  // namespace cuboid_map_python

@@ -148,7 +148,7 @@ def test_what_is_no_scan_is_refused(arguments, text):
 
 def test_everything_that_is_wrong_with_a_configuration_is_said_at_once():
     wrong = dict(resolution=-1, max_range='far', hit=0.2, environment='nice', fusion=3, threads=1.5, min_branches=0,
-                 max_branches=1000, growth_search='up', growth_seed=10**30, resolutoin=0.1)
+                 max_branches=1000, growth_settle_clouds=10**30, resolutoin=0.1)
     with pytest.raises(ValueError) as error:
         cuboid_map.Mapper(**wrong)
     lines = str(error.value).split('\n')
@@ -161,7 +161,7 @@ def test_everything_that_is_wrong_with_a_configuration_is_said_at_once():
 
 
 @pytest.mark.parametrize('config', [
-    dict(fusion='none'), dict(fusion='growth', growth_search='+z -z +x +y -x -y', growth_starters='changed'),
+    dict(fusion='none'), dict(fusion='growth', growth_settle_clouds=2),
     dict(threads=2), dict(threads=0), dict(max_branches=4, min_branches=2)])
 def test_voxels_do_not_depend_on_fusion_tree_and_threads(config):
     expected = map_of_room()

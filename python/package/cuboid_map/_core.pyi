@@ -63,8 +63,7 @@ class Mapper(Map):
     def __init__(
         self, *, resolution: float = ..., max_range: float = ..., end_margin: float = ..., hit: float = ..., miss: float = ...,
         alpha_min: float = ..., alpha_max: float = ..., environment: str = ..., fusion: str = ..., fuse: str = ..., threads: int = ...,
-        max_branches: int = ..., min_branches: int = ..., growth_step: str = ..., growth_search: str = ...,
-        growth_starters: str = ..., growth_samples: float = ..., growth_seed: int = ...,
+        max_branches: int = ..., min_branches: int = ...,
         growth_settle_clouds: int = ...) -> None: ...
     @staticmethod
     def load(file: str, **config: typing.Any) -> Mapper: ...

@@ -91,45 +91,8 @@ std::vector<ParameterDeclaration> declareCuboids() {
   };
 }
 
-ParameterKind growthSearchKind() {
-  return parsedText(
-      "paper, largest_gain, random, or the six directions in order as in \"+z -z +x +y -x -y\"",
-      false,
-      [](P& p, const std::string& text) {
-        const auto strategy = parseSearchStrategy(text);
-        if (strategy) p.map.growth.search = *strategy;
-        return strategy.has_value();
-      },
-      [](const P& p) { return toText(p.map.growth.search); });
-}
-
 std::vector<ParameterDeclaration> declareGrowth() {
   return {
-      {"growth/step", "",
-       choice<GrowthStep>({&P::map, &MapConfig::growth, &GrowthConfig::step},
-                          {{"cell", GrowthStep::kCell},
-                           {"own_width", GrowthStep::kOwnWidth},
-                           {"neighbour", GrowthStep::kNeighbour}}),
-       "How far a cell expands in one step, with fusion: growth. cell: one voxel. own_width: its "
-       "own width. neighbour: the width of the next cell, so that fused cuboids can absorb each "
-       "other."},
-      {"growth/search", "", growthSearchKind(),
-       "Order in which a cell tries the directions. paper: by decreasing width, upwards first."},
-      {"growth/starters", "",
-       choice<GrowthStarters>({&P::map, &MapConfig::growth, &GrowthConfig::starters},
-                              {{"sampled", GrowthStarters::kSampled},
-                               {"end_points", GrowthStarters::kEndPoints},
-                               {"changed", GrowthStarters::kChanged}}),
-       "Cells that expand after a cloud. sampled: end points of beams, and random cells along the "
-       "beams. end_points: end points only. changed: all changed cells."},
-      {"growth/samples", "1/m",
-       number({&P::map, &MapConfig::growth, &GrowthConfig::sampling, &BeamSampling::per_m}, 0.0,
-              100.0),
-       "Number of random cells per metre of a beam, with growth/starters: sampled."},
-      {"growth/seed", "",
-       integer({&P::map, &MapConfig::growth, &GrowthConfig::sampling, &BeamSampling::seed}, 0,
-               1000000),
-       "Seed for these random cells, and for growth/search: random."},
       {"growth/settle_clouds", "clouds",
        integer({&P::map, &MapConfig::growth, &GrowthConfig::settle_clouds}, 0, 10000),
        "Number of clouds for which a voxel that was split out of a cuboid must keep its value "
@@ -211,7 +174,8 @@ std::vector<ParameterDeclaration> declareTopics() {
       {"tf_wait", "s", number(&P::tf_wait_s, 0.01, 3600.0),
        "A cloud is dropped if its transforms do not arrive within this time."},
       {"tf_gap", "s", number(&P::tf_gap_s, 0.001, 86400.0),
-       "A cloud is dropped if it lies between two transforms of a frame that are farther apart: its "
+       "A cloud is dropped if it lies between two transforms of a frame that are farther apart: "
+       "its "
        "pose would be a guess."},
       {"publish_rate", "Hz", number(&P::publish_rate_hz, 0.01, 100.0),
        "Maximum rate of the map topics. They are published only after a change."},
