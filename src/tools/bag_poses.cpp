@@ -89,14 +89,22 @@ std::string describe(const PoseTrack& track, const std::string& name) {
 BagPoses readBagPoses(BagFiles& bags, const BagTopics& topics, const std::string& file_or_topic) {
   std::error_code ignored;
   Gathered gathered;
+  std::size_t num_left_out = 0;
   if (std::filesystem::is_regular_file(file_or_topic, ignored)) {
     gathered.poses = cuboid_mapping::readPoseFile(file_or_topic);
   } else {
     gathered = readTopic(bags, topics, file_or_topic);
+    const std::size_t num_poses = gathered.poses.size();
+    gathered.poses = tidyPoses(std::move(gathered.poses));
+    num_left_out = num_poses - gathered.poses.size();
   }
   try {
     PoseTrack track(std::move(gathered.poses));
     std::string note = describe(track, file_or_topic);
+    if (num_left_out > 0) {
+      note += "; leaves out " + std::to_string(num_left_out) +
+              " that come twice, or are no numbers, rotations or times";
+    }
     return {std::move(track), withoutSlash(gathered.map_frame_id),
             withoutSlash(gathered.body_frame_id), std::move(note)};
   } catch (const std::invalid_argument& error) {

@@ -104,6 +104,23 @@ TEST_F(NodeCloudsTest, AnyNumberOfCloudsWaitsForTransformsThatComeLate) {
   EXPECT_EQ(countNew("clouds dropped"), 0);
 }
 
+TEST_F(NodeCloudsTest, APublisherOfTfWhoseClockIsAheadCostsNoCloud) {
+  for (int i = 0; i < 30; ++i) {
+    const ros::Time stamp(9000.0 + 0.1 * i);
+    publishTf(makeTransform("map", "steady", Eigen::Isometry3d::Identity(), stamp));
+    if (i % 14 != 0) continue;
+    publishTf(makeTransform("world", "tag", Eigen::Isometry3d::Identity(),
+                            stamp + ros::Duration(5000.0)));  // Longer than tf keeps.
+  }
+  for (int i = 0; i < 28; ++i) {
+    cloud_publisher_.publish(makeSmallCloud("steady", ros::Time(9000.05 + 0.1 * i)));
+    if (i % 4 == 3) {
+      ASSERT_TRUE(waitForInserted(i + 1));
+    }
+  }
+  EXPECT_EQ(countNew("clouds dropped"), 0);
+}
+
 TEST_F(NodeCloudsTest, ARecordingThatStartsAgainIsMappedAgain) {
   // The bag is played without its clock: only the stamps of tf show the jump.
   const auto play = [&](double start) {

@@ -18,7 +18,7 @@ from cuboid_mapping.srv import SaveMap
 
 RESOLUTION_M = 0.1
 STATIC = ('/tf_static', make_tf('map', 'lidar'), 0.0)
-MOVING = [('/tf', make_tf('map', 'lidar', time_s), time_s) for time_s in (0.0, 5.0)]
+MOVING = [('/tf', make_tf('map', 'lidar', time_s), time_s) for time_s in np.arange(0.0, 5.1, 0.5)]
 ROW = [(5.05, 0.05, 0.05), (5.05, 0.15, 0.05), (5.05, 0.25, 0.05), (5.05, 0.35, 0.05)]
 WALL = np.full((2, 2), 2000, np.uint16)
 

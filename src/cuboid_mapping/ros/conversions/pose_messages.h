@@ -9,7 +9,11 @@
 #include <ros/time.h>
 #include <tf2_eigen/tf2_eigen.h>
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
+#include <iterator>
+#include <utility>
 #include <vector>
 
 namespace cuboid_mapping_ros {
@@ -34,6 +38,27 @@ namespace cuboid_mapping_ros {
   std::vector<StampedPose> poses;
   poses.reserve(path.poses.size());
   for (const auto& pose : path.poses) poses.push_back(toStampedPose(pose.header.stamp, pose.pose));
+  return poses;
+}
+
+/// Poses of a topic, which nobody can edit: leaves out bad ones (not finite, no rotation, no stamp) if they are at
+/// most a twentieth; PoseTrack refuses more. Of one stamp the last counts.
+[[nodiscard]] inline std::vector<StampedPose> tidyPoses(std::vector<StampedPose> poses) {
+  const auto is_bad = [](const StampedPose& pose) {
+    return pose.stamp_ns == 0 || pose.T_map_body.linear().isZero() ||
+           !pose.T_map_body.matrix().allFinite();
+  };
+  const auto end = std::stable_partition(poses.begin(), poses.end(), std::not_fn(is_bad));
+  if (20 * std::distance(end, poses.end()) > std::distance(poses.begin(), poses.end()))
+    return poses;
+  poses.erase(end, poses.end());
+  std::stable_sort(poses.begin(), poses.end(), [](const StampedPose& a, const StampedPose& b) {
+    return a.stamp_ns < b.stamp_ns;
+  });
+  const auto last_of_stamps = std::unique(
+      poses.rbegin(), poses.rend(),
+      [](const StampedPose& a, const StampedPose& b) { return a.stamp_ns == b.stamp_ns; });
+  poses.erase(poses.begin(), last_of_stamps.base());
   return poses;
 }
 

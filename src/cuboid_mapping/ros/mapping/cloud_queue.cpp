@@ -18,11 +18,6 @@ namespace {
 constexpr std::chrono::milliseconds kTfPeriod{50};
 constexpr std::chrono::milliseconds kIdlePeriod{1000};
 
-/// Difference without ros::Duration, which throws beyond 2^31 s.
-double secondsBetween(const ros::Time& from, const ros::Time& to) {
-  return to.toSec() - from.toSec();
-}
-
 /// Runs work that makes a text. Without memory, the text stays empty, or nothing is logged.
 template <typename WorkT>
 void unlessOutOfMemory(const WorkT& work) {
@@ -179,7 +174,8 @@ std::optional<DropReason> CloudQueue::findReason(Entry& entry) const {
   } else if (search.hopeless) {
     return search.hopeless;
   }
-  if (secondsBetween(entry.since, now) <= limits_.tf_wait_s) return std::nullopt;
+  // Not by ros::Duration, which throws beyond 2^31 s.
+  if (now.toSec() - entry.since.toSec() <= limits_.tf_wait_s) return std::nullopt;
   return DropReason::kNoTransform;
 }
 
@@ -222,27 +218,26 @@ void CloudQueue::refuse(std::size_t source, DropReason reason) {
 std::string CloudQueue::describe(Source& source, const Entry& entry, DropReason reason) const {
   std::ostringstream text;
   text << "frame '" << entry.header().frame_id << "', stamp " << entry.header().stamp << ": ";
-  if (reason == DropReason::kTooOldForTf) {
-    if (std::exchange(source.has_named_clock, true)) return {};
-    text << "its clock is " << describeAge(entry.search.lead_s.value_or(0.0))
-         << " behind tf: " << toAdvice(reason);
-  } else if (reason == DropReason::kBeforeTf) {
-    text << "tf begins after this cloud";
-  } else if (reason == DropReason::kTfGap) {
-    text << entry.search.why << ": " << toAdvice(reason);
-  } else if (reason == DropReason::kNoTransform) {
-    text << describeMissing(entry);
-    if (source.waiting.size() > 1) text << "; " << source.waiting.size() << " clouds wait";
-  } else {
-    text << source.ready.size() << " clouds wait for their turn: " << toAdvice(reason);
+  switch (reason) {
+    case DropReason::kTooOldForTf:
+      if (std::exchange(source.has_named_clock, true)) return {};
+      text << "its clock is " << describeAge(entry.search.lead_s.value_or(0.0)) << " behind tf: ";
+      break;
+    case DropReason::kBeforeTf: break;
+    case DropReason::kTfGap: text << entry.search.why << ": "; break;
+    case DropReason::kNoTransform:
+      text << describeMissing(entry) << "; " << source.waiting.size() << " of its clouds wait";
+      return text.str();
+    default: text << source.ready.size() << " clouds wait for their turn: "; break;
   }
+  text << toAdvice(reason);
   return text.str();
 }
 
 std::string CloudQueue::describeMissing(const Entry& entry) const {
   std::ostringstream text;
   text.precision(3);
-  const double ahead_s = secondsBetween(entry.since, entry.header().stamp);
+  const double ahead_s = entry.header().stamp.toSec() - entry.since.toSec();
   text << "waited for " << callbacks_.clock_s() - entry.arrival_s << " s: " << entry.search.why;
   if (!entry.search.lead_s) {
     text << "; " << toAdvice(DropReason::kNoTransform);
