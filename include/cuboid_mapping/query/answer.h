@@ -41,6 +41,7 @@ struct [[nodiscard]] Answer {
   Answer(AnswerStatus why, T so_far = T())  // NOLINT(google-explicit-constructor)
       : status(why), value(std::move(so_far)) {}
   /// kInvalid.
+  // NOLINTNEXTLINE(performance-unnecessary-value-param): it is moved.
   static Answer invalid(std::string fault) {
     Answer answer;
     answer.fault = std::move(fault);
