@@ -49,8 +49,9 @@ class GrowingBricks {
 
   /// The copy of a brick. @throws std::bad_alloc
   GrowingBrick& at(const Cell& brick) {
-    if (last_ == nullptr || last_->brick != brick) last_ = &findOrCopy(brick);
-    return *last_;
+    GrowingBrick*& recent = recent_[indexInGroup(brick)];
+    if (recent == nullptr || recent->brick != brick) recent = &findOrCopy(brick);
+    return *recent;
   }
 
   /// Whether all voxels of a box are in a class, beyond its threshold, and not held.
@@ -88,7 +89,8 @@ class GrowingBricks {
   const VoxelStore& voxels_;
   FusionThresholds thresholds_;
   BrickTable<GrowingBrick> copies_;
-  GrowingBrick* last_ = nullptr;
+  std::array<GrowingBrick*, kGroupBricks>
+      recent_{};  ///< The last copies found, which saves a hash look-up.
 };
 
 }  // namespace cuboid_mapping

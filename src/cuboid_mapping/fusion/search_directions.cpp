@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <sstream>
+#include <utility>
 
 namespace cuboid_mapping {
 namespace {
@@ -33,7 +34,10 @@ std::optional<SearchDirections> parseDirections(const std::string& text) {
 
 SearchDirections paperDirections(const Cell& width) {
   std::array<int, 3> axes{0, 1, 2};
-  std::stable_sort(axes.begin(), axes.end(), [&](int a, int b) { return width[a] > width[b]; });
+  // By insertion: std::stable_sort would allocate memory.
+  for (const std::size_t i : {1U, 2U, 1U}) {
+    if (width[axes[i]] > width[axes[i - 1]]) std::swap(axes[i], axes[i - 1]);
+  }
   return {{{axes[0], 1}, {axes[1], 1}, {axes[2], 1}, {axes[0], -1}, {axes[1], -1}, {axes[2], -1}}};
 }
 
