@@ -12,6 +12,7 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace cuboid_mapping_ros {
 namespace {
@@ -136,16 +137,24 @@ class DepthReader {
   /// Whether its numbers count units, not metres.
   [[nodiscard]] bool hasUnits() const { return pixel_bytes_ == sizeof(std::uint16_t); }
 
-  [[nodiscard]] double read(std::size_t row, std::size_t column) const {
-    const std::uint8_t* pixel = image_.data.data() + row * step_ + column * pixel_bytes_;
-    if (pixel_bytes_ == sizeof(std::uint16_t)) {
-      const double number = readAs<std::uint16_t, std::uint16_t>(pixel, is_other_order_);
-      // The greatest number stands for everything beyond the sensor's reach; negative numbers are invalid.
-      return number == greatest_  ? std::numeric_limits<double>::infinity()
-             : number < greatest_ ? unit_m_ * number
-                                  : -unit_m_;
+  /// @param depths_m  One for each column.
+  void readRow(std::size_t row, std::vector<double>& depths_m) const {
+    const std::uint8_t* pixel = image_.data.data() + row * step_;
+    if (!hasUnits()) {
+      for (double& depth_m : depths_m) {
+        depth_m = readAs<float, std::uint32_t>(pixel, is_other_order_);
+        pixel += sizeof(float);
+      }
+      return;
     }
-    return readAs<float, std::uint32_t>(pixel, is_other_order_);
+    // The greatest number stands for everything beyond the sensor's reach; negative numbers are invalid.
+    for (double& depth_m : depths_m) {
+      const double number = readAs<std::uint16_t, std::uint16_t>(pixel, is_other_order_);
+      const double beyond =
+          number == greatest_ ? std::numeric_limits<double>::infinity() : -unit_m_;
+      depth_m = number < greatest_ ? unit_m_ * number : beyond;
+      pixel += sizeof(std::uint16_t);
+    }
   }
 
  private:
@@ -156,6 +165,66 @@ class DepthReader {
   std::size_t pixel_bytes_;
   bool is_other_order_;
 };
+
+/// Whether a depth is that of a point.
+bool isPoint(double depth_m) { return depth_m > 0.0 && depth_m <= kMaxReading_m; }
+
+/// Replaces depths that stand for no return by NaN, and notes them. They may be numbers of units, such as 65534.
+void findNamed(const CloudOptions& options, bool has_units, std::vector<double>& depths_m,
+               std::vector<std::uint8_t>& are_named) {
+  for (std::size_t column = 0; column < depths_m.size(); ++column) {
+    double& depth_m = depths_m[column];
+    const bool is_named =
+        contains(options.no_return_ranges_m, depth_m) ||
+        (has_units && contains(options.no_return_ranges_m, depth_m / options.depth_unit_m));
+    are_named[column] = is_named ? 1 : 0;
+    if (is_named) depth_m = std::numeric_limits<double>::quiet_NaN();
+  }
+}
+
+/// Converts the pixels of a checked image.
+void addPixels(const Image& image, const Pinhole& pinhole, const CloudOptions& options,
+               CloudPoints& cloud) {
+  const DepthReader reader(image, options.depth_unit_m);
+  const bool has_ranges = !options.no_return_ranges_m.empty();
+  const bool has_no_returns = options.no_return_range_m > 0.0 &&
+                              (has_ranges || options.no_return_points != NoReturnPoints::kNone);
+  std::vector<double> depths_m(image.width);
+  std::vector<std::uint8_t> are_named(image.width, 0);
+  std::vector<double> rights(image.width);
+  for (std::size_t column = 0; column < image.width; ++column) {
+    rights[column] = (static_cast<double>(column) - pinhole.cx) / pinhole.fx;
+  }
+  cloud.points.resize(std::size_t{image.width} * image.height);
+  std::size_t num_points = 0;
+  for (std::size_t row = 0; row < image.height; ++row) {
+    reader.readRow(row, depths_m);
+    if (has_ranges) findNamed(options, reader.hasUnits(), depths_m, are_named);
+    const double down = (static_cast<double>(row) - pinhole.cy) / pinhole.fy;
+    const std::size_t first = num_points;
+    // A reading that is no point is overwritten by the next, which needs no branch.
+    for (std::size_t column = 0; column < image.width; ++column) {
+      const double depth_m = depths_m[column];
+      float* point = cloud.points[num_points].data();
+      point[0] = static_cast<float>(depth_m * rights[column]);
+      point[1] = static_cast<float>(depth_m * down);
+      point[2] = static_cast<float>(depth_m);
+      num_points += isPoint(depth_m) ? 1 : 0;
+    }
+    if (num_points - first == image.width || !has_no_returns) continue;
+    for (std::size_t column = 0; column < image.width; ++column) {
+      const double depth_m = depths_m[column];
+      if (isPoint(depth_m)) continue;
+      const bool is_wanted =
+          are_named[column] != 0 || contains(options.no_return_points, classifyReading(depth_m));
+      if (!is_wanted) continue;
+      const Eigen::Vector3d ray(rights[column], down, 1.0);
+      cloud.no_returns.emplace_back((options.no_return_range_m * ray.normalized()).cast<float>());
+    }
+  }
+  cloud.num_invalid = cloud.points.size() - num_points;
+  cloud.points.resize(num_points);
+}
 
 }  // namespace
 
@@ -171,35 +240,13 @@ ConvertedCloud convertDepthImage(const DepthImage& depth, const CloudOptions& op
   const Pinhole pinhole = makePinhole(*depth.camera);
   if (auto error = checkImage(image, pinhole)) return *error;
   if (auto error = checkSize(image, *depth.camera)) return *error;
-  const DepthReader reader(image, options.depth_unit_m);
   CloudPoints cloud;
   if (pinhole.fx < 0.0 || pinhole.fy < 0.0) {
     cloud.warning =
         "camera_info has a negative focal length: the points are mirrored, unless y of frame '" +
         image.header.frame_id + "' points up. Make it positive for optical frames";
   }
-  // A depth of no_return_points may be a number of units, such as 65534.
-  const bool has_units = reader.hasUnits();
-  cloud.points.reserve(std::size_t{image.width} * image.height);
-  for (std::size_t row = 0; row < image.height; ++row) {
-    for (std::size_t column = 0; column < image.width; ++column) {
-      const double depth_m = reader.read(row, column);
-      const Eigen::Vector3d ray((static_cast<double>(column) - pinhole.cx) / pinhole.fx,
-                                (static_cast<double>(row) - pinhole.cy) / pinhole.fy, 1.0);
-      const NoReturnPoints reading = classifyReading(depth_m);
-      const bool is_named =
-          contains(options.no_return_ranges_m, depth_m) ||
-          (has_units && contains(options.no_return_ranges_m, depth_m / options.depth_unit_m));
-      if (reading == NoReturnPoints::kNone && depth_m > 0.0 && !is_named) {
-        cloud.points.emplace_back((depth_m * ray).cast<float>());
-        continue;
-      }
-      ++cloud.num_invalid;
-      const bool is_wanted = is_named || contains(options.no_return_points, reading);
-      if (!is_wanted || options.no_return_range_m <= 0.0) continue;
-      cloud.no_returns.emplace_back((options.no_return_range_m * ray.normalized()).cast<float>());
-    }
-  }
+  addPixels(image, pinhole, options, cloud);
   cloud.num_skipped = cloud.num_invalid - cloud.no_returns.size();
   if (cloud.points.empty() && cloud.no_returns.empty()) {
     return makeError(DropReason::kNoValidPoints, image,

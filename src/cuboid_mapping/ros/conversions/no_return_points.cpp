@@ -40,12 +40,6 @@ NoReturnPoints classifyReading(double number) {
   return number > kMaxReading_m ? NoReturnPoints::kPlusInf : NoReturnPoints::kNone;
 }
 
-bool contains(const NoReturnRanges& ranges_m, double range_m) {
-  return std::any_of(ranges_m.begin(), ranges_m.end(), [range_m](double named_m) {
-    return std::abs(range_m - named_m) <= 5e-4 + 1e-6 * named_m;
-  });
-}
-
 std::string toText(NoReturnPoints points, const NoReturnRanges& ranges_m) {
   std::ostringstream text;
   text.precision(9);

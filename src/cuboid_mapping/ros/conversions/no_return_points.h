@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <optional>
 #include <string>
 #include <utility>
@@ -38,7 +40,11 @@ constexpr double kMaxReading_m = 1e30;
 using NoReturnRanges = std::vector<double>;
 
 /// Whether a range is in the list, up to the rounding of floats and half a millimetre.
-[[nodiscard]] bool contains(const NoReturnRanges& ranges_m, double range_m);
+[[nodiscard]] inline bool contains(const NoReturnRanges& ranges_m, double range_m) {
+  return std::any_of(ranges_m.begin(), ranges_m.end(), [range_m](double named_m) {
+    return std::abs(range_m - named_m) <= 5e-4 + 1e-6 * named_m;
+  });
+}
 
 /// Value of the parameter: a name such as "with_nan", or readings such as "nan zero"; then ranges such as
 /// "81.91".
