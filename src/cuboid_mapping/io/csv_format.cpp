@@ -32,7 +32,7 @@ double meanProbability(const std::vector<VoxelBrick>& bricks, const CellBox& box
 }
 
 /// Bricks that hold cuboids.
-std::unordered_set<Cell, CellHash> bricksOf(const std::vector<Cuboid>& cuboids) {
+std::unordered_set<Cell, CellHash> bricksWithCuboids(const std::vector<Cuboid>& cuboids) {
   std::unordered_set<Cell, CellHash> bricks;
   for (const Cuboid& cuboid : cuboids) {
     forEachBrick(cuboid.box, [&bricks](const Cell& brick) { bricks.insert(brick); });
@@ -77,7 +77,7 @@ std::string toCsv(const MapSnapshot& snapshot, const ProgressListener& listener)
     }
   };
   add(snapshot.cuboids);
-  const auto told = bricksOf(snapshot.cuboids);
+  const auto told = bricksWithCuboids(snapshot.cuboids);
   ProgressCounter progress(listener, snapshot.bricks.size());
   for (const VoxelBrick& brick : snapshot.bricks) {
     std::vector<Cuboid> cuboids;
