@@ -41,7 +41,8 @@ void CuboidCuts::add(const Cuboid& cuboid, const Cell& brick, const BrickMask& v
 }
 
 void CuboidCuts::apply(GrowingBricks& bricks) {
-  for (auto& [least, cut] : cuts_) {
+  for (auto& entry : cuts_) {
+    Cut& cut = entry.second;
     bricks.remove(cut.cuboid.box);
     visitPieces(cut.cuboid.box, std::move(cut.cells), [&](const CellBox& piece) {
       if (piece.numVoxels() > 1.0) bricks.add({piece, cut.cuboid.occupancy});

@@ -233,7 +233,7 @@ void GrowthFusion::commit(GrowthChange& change) noexcept {
 }
 
 std::size_t GrowthFusion::numBytes() const {
-  std::size_t num_bytes = bricks_.numBytes() + waiting_.capacity() * sizeof(waiting_[0]);
+  std::size_t num_bytes = bricks_.numBytes() + waiting_.capacity() * sizeof(std::vector<Cell>);
   for (const auto& bricks : waiting_) num_bytes += bricks.capacity() * sizeof(Cell);
   bricks_.forEach([&num_bytes](const GrownBrick& brick) {
     num_bytes +=
