@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Work for whole bricks, in counts: they are copied, not encoded again, and not divided before they are read.
+#include "cuboid_mapping/boxes/joined_cuboids.h"
 #include "cuboid_mapping/map/map_snapshot.h"
 #include "cuboid_mapping/sharing/map_follower.h"
 #include "cuboid_mapping/voxels/brick_store.h"
@@ -67,6 +68,19 @@ TEST(CopiedBricks, areNotEncodedAgainByAFollower) {
   EXPECT_EQ(numDivided(*follower.map()), 0U);
   EXPECT_EQ(test::voxelsOf(*follower.map()), test::voxelsOf(map));
   EXPECT_EQ(test::allCuboids(*follower.map()), test::allCuboids(map));
+}
+
+TEST(CopiedBricks, areDividedOnceByTheFirstOneWhoJoinsTheirCuboids) {
+  CuboidMap restored;
+  restoreSnapshot(takeSnapshot(someMap(), "map"), restored);
+  const CellBox whole_bricks{{-24, -24, -24}, {24, 24, 24}};
+  const CellBox part{{-25, -25, -25}, {25, 25, 25}};
+  EXPECT_FALSE(joinCuboids(restored, part, CuboidFilter::kAll, Budget::unlimited()).value.empty());
+  EXPECT_EQ(numDivided(restored), restored.voxels().copyIn(whole_bricks).size())
+      << "bricks that the box cuts are not divided as a whole";
+  EXPECT_FALSE(
+      joinCuboids(restored, kAllCells, CuboidFilter::kAll, Budget::unlimited()).value.empty());
+  EXPECT_EQ(numDivided(restored), restored.voxels().size());
 }
 
 TEST(CopiedBricks, ofAnEditAreEncodedOnlyWhereItsFacesCutThem) {

@@ -71,12 +71,15 @@ class Joiner {
       return Visit::kContinue;
     };
     const CellBox part = intersect(region, brickBox(brick.brick));
-    if (are_kept && part == brickBox(brick.brick) && !brick.cuboids.isStale()) {
+    const bool is_kept = are_kept && part == brickBox(brick.brick);
+    if (is_kept && !brick.cuboids.isStale()) {
       brick.cuboids.visit(classes, add_box);
     } else {
       const BrickMask mask = BrickMask::ofBox(part);
-      BrickCuboids::visit(divide(brick.voxels.occupied() & mask, brick.voxels.free() & mask),
-                          classes, add_box);
+      const DividedBrick divided =
+          divide(brick.voxels.occupied() & mask, brick.voxels.free() & mask);
+      if (is_kept) brick.cuboids.keep(divided);
+      BrickCuboids::visit(divided, classes, add_box);
     }
     const auto end = static_cast<Index>(cuboids_.size());
     if (end == first) return;
