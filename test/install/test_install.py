@@ -77,10 +77,9 @@ class InstallSpaceTest(unittest.TestCase):
                 with self.subTest(path.name):
                     self.assertEqual(installed.read_bytes(), path.read_bytes())
         for launch in (self.share / 'launch').iterdir():
-            for name in re.findall(r'\$\(find cuboid_mapping\)/([^"]+)"', launch.read_text()):
+            for name in re.findall(r'\$\(find cuboid_mapping\)/([^"\' ]+)', launch.read_text()):
                 # A program is in lib/: roslaunch looks there, too.
-                file = name.split()[0]  # Without options.
-                found = [root / file for root in (self.share, self.space / 'lib' / PACKAGE) if (root / file).is_file()]
+                found = [root / name for root in (self.share, self.space / 'lib' / PACKAGE) if (root / name).is_file()]
                 self.assertTrue(found, f'{launch.name} names {name}')
         plugins = (self.share / 'nodelet_plugins.xml').read_text()
         library = re.search(r'<library path="([^"]+)"', plugins).group(1)
