@@ -17,11 +17,15 @@ template <std::size_t kBytes>
 struct EigenAlignment {
   static const char kIsThatOfTheLibrary;  ///< Undefined for other flags.
 };
+/// @cond
+template <>
+const char EigenAlignment<alignof(Eigen::Isometry3d)>::kIsThatOfTheLibrary;
 
 namespace detail {
 // Refers to the library's alignment in every program.
 [[gnu::used]] inline const char* const kEigenAlignment =
     &EigenAlignment<alignof(Eigen::Isometry3d)>::kIsThatOfTheLibrary;
 }  // namespace detail
+/// @endcond
 
 }  // namespace cuboid_mapping
