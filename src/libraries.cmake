@@ -179,7 +179,7 @@ cuboid_mapping_add_part(client
   cuboid_mapping/io/packed_bricks.cpp
   cuboid_mapping/ros/cuboid_map_client.cpp
   cuboid_mapping/ros/conversions/map_messages.cpp
-  cuboid_mapping/ros/map/phase_fair_mutex.cpp
+  cuboid_mapping/ros/mapping/phase_fair_mutex.cpp
   cuboid_mapping/ros/middleware/callback_guard.cpp)
 add_dependencies(cuboid_mapping_client
   ${cuboid_mapping_EXPORTED_TARGETS} ${catkin_EXPORTED_TARGETS})
@@ -200,66 +200,11 @@ if(NOT urdf_FOUND OR NOT geometric_shapes_FOUND)
   unset(geometric_shapes_LIBRARIES)
 endif()
 
-# The ROS layer: parameters, conversions, and what the nodelet is made of.
-add_library(cuboid_mapping_ros
-  cuboid_mapping/ros/clouds/cloud_pipeline.cpp
-  cuboid_mapping/ros/clouds/moving_filter.cpp
-  cuboid_mapping/ros/clouds/node_sources.cpp
-  ${robot_description}
-  cuboid_mapping/ros/clouds/self_filter.cpp
-  cuboid_mapping/ros/clouds/source_subscriber.cpp
-  cuboid_mapping/ros/conversions/cloud_checks.cpp
-  cuboid_mapping/ros/conversions/cloud_conversions.cpp
-  cuboid_mapping/ros/conversions/cloud_error.cpp
-  cuboid_mapping/ros/conversions/compressed_depth.cpp
-  cuboid_mapping/ros/conversions/depth_image_conversion.cpp
-  cuboid_mapping/ros/conversions/ground_filter.cpp
-  cuboid_mapping/ros/conversions/no_return_points.cpp
-  cuboid_mapping/ros/conversions/sensor_conversions.cpp
-  cuboid_mapping/ros/conversions/sweep.cpp
-  cuboid_mapping/ros/diagnostics/cloud_ledger.cpp
-  cuboid_mapping/ros/diagnostics/diagnostics.cpp
-  cuboid_mapping/ros/fleet/observation_publisher.cpp
-  cuboid_mapping/ros/fleet/robot_merger.cpp
-  cuboid_mapping/ros/map/edit_undo.cpp
-  cuboid_mapping/ros/map/forgetting.cpp
-  cuboid_mapping/ros/map/guarded_map.cpp
-  cuboid_mapping/ros/map/kept_history.cpp
-  cuboid_mapping/ros/map/map_storage.cpp
-  cuboid_mapping/ros/map/point_cloud_loader.cpp
-  cuboid_mapping/ros/mapping/cloud_queue.cpp
-  cuboid_mapping/ros/mapping/tf_buffer.cpp
-  cuboid_mapping/ros/mapping/tf_poses.cpp
-  cuboid_mapping/ros/middleware/tf_lookup.cpp
-  cuboid_mapping/ros/node/mapping_node.cpp
-  cuboid_mapping/ros/node/mapping_node_report.cpp
-  cuboid_mapping/ros/node/mapping_node_services.cpp
-  cuboid_mapping/ros/node/mapping_nodelet.cpp
-  cuboid_mapping/ros/octomap_server/grid_publisher.cpp
-  cuboid_mapping/ros/octomap_server/octomap_products.cpp
-  cuboid_mapping/ros/octomap_server/octomap_server_interface.cpp
-  cuboid_mapping/ros/octomap_server/projected_map.cpp
-  cuboid_mapping/ros/octomap_server/robot_grid.cpp
-  cuboid_mapping/ros/parameters/octomap_server_parameters.cpp
-  cuboid_mapping/ros/parameters/optional_parameters.cpp
-  cuboid_mapping/ros/parameters/parameter_kinds.cpp
-  cuboid_mapping/ros/parameters/parameter_table.cpp
-  cuboid_mapping/ros/parameters/parameter_texts.cpp
-  cuboid_mapping/ros/parameters/parameters.cpp
-  cuboid_mapping/ros/parameters/reconfigure.cpp
-  cuboid_mapping/ros/parameters/source_parameters.cpp
-  cuboid_mapping/ros/publishers/map_publisher.cpp
-  cuboid_mapping/ros/publishers/marker_cache.cpp
-  cuboid_mapping/ros/publishers/marker_colors.cpp
-  cuboid_mapping/ros/publishers/marker_publisher.cpp
-  cuboid_mapping/ros/services/box_answers.cpp
-  cuboid_mapping/ros/services/distance_answers.cpp
-  cuboid_mapping/ros/services/edit_answers.cpp
-  cuboid_mapping/ros/services/map_files_service.cpp
-  cuboid_mapping/ros/services/path_answers.cpp
-  cuboid_mapping/ros/services/pose_corrections.cpp
-  cuboid_mapping/ros/services/service_call.cpp
-  cuboid_mapping/ros/services/way_answers.cpp)
+# The ROS layer: parameters, conversions, the node, and a folder for each feature of ros/features.cpp.
+file(GLOB sources CONFIGURE_DEPENDS RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} cuboid_mapping/ros/features.cpp cuboid_mapping/ros/*/*.cpp)
+list(FILTER sources EXCLUDE REGEX
+  "/(callback_guard|map_messages|mapping_node_main|nodelet_plugin|phase_fair_mutex|robot_description(_missing)?)\\.cpp$")
+add_library(cuboid_mapping_ros ${sources} ${robot_description})
 # Three units of the same size keep two cores busy to the end of a build.
 set_target_properties(cuboid_mapping_ros PROPERTIES UNITY_BUILD_BATCH_SIZE 20)
 cuboid_mapping_configure(cuboid_mapping_ros)

@@ -4,8 +4,8 @@
 #include "cuboid_mapping/map/cuboid_search.h"
 #include "cuboid_mapping/ros/conversions/map_messages.h"
 #include "cuboid_mapping/ros/conversions/points.h"
+#include "cuboid_mapping/ros/mapping/marker_cache.h"
 #include "cuboid_mapping/ros/middleware/names.h"
-#include "cuboid_mapping/ros/publishers/marker_cache.h"
 #include "cuboid_mapping/sharing/map_follower.h"
 
 #include <sensor_msgs/PointCloud2.h>

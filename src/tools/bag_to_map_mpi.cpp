@@ -4,7 +4,7 @@
 #include "brick_owner.h"
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/text.h"
-#include "cuboid_mapping/ros/map/forgetting.h"
+#include "cuboid_mapping/ros/clouds/forgetting.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 #include "mpi_checkpoint.h"
 #include "mpi_output.h"

@@ -4,8 +4,8 @@
 
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/ros/clouds/cloud_pipeline.h"
-#include "cuboid_mapping/ros/map/guarded_map.h"
 #include "cuboid_mapping/ros/mapping/cloud_queue.h"
+#include "cuboid_mapping/ros/mapping/guarded_map.h"
 #include "cuboid_mapping/sharing/map_follower.h"
 
 #include <cmath>

@@ -6,7 +6,7 @@
 #include "cuboid_mapping/ros/conversions/map_messages.h"
 #include "cuboid_mapping/ros/cuboid_map_client.h"
 #include "cuboid_mapping/ros/middleware/callback_guard.h"
-#include "cuboid_mapping/ros/publishers/map_publisher.h"
+#include "cuboid_mapping/ros/sharing/map_publisher.h"
 #include "cuboid_mapping/sharing/map_follower.h"
 #include "ros/node_probe.h"
 #include "support/snapshots.h"

@@ -5,7 +5,7 @@
 //   CUBOID_MAPPING_TEST_SEED=1 CUBOID_MAPPING_FIRST_SCHEDULE=137 CUBOID_MAPPING_SCHEDULES=1 test_seeded_schedules
 #include "cuboid_mapping/map/cuboid_search.h"
 #include "cuboid_mapping/map/map_snapshot.h"
-#include "cuboid_mapping/ros/map/map_storage.h"
+#include "cuboid_mapping/ros/mapping/map_storage.h"
 #include "ros/cloud_messages.h"
 #include "ros/simulated_node.h"
 #include "support/cuboid_set.h"
@@ -304,10 +304,26 @@ TEST(SeededSchedules, EveryCloudIsInOrCountedAndTheMapIsThatOfAPlainReplay) {
   }
   for (const auto& [what, number] : counts) std::cout << what << ": " << number << '\n';
   if (count < 100) return;
-  for (const char* what :
-       {"inserted", "queue full", "no transform", "too old for tf", "before the first transform", "in a gap of tf", "paused", "empty frame_id",
-        "no points", "no x/y/z fields", "jump", "reset", "edit", "reconfigure", "save", "load",
-        "listener", "gap", "publish", "time"}) {
+  for (const char* what : {"inserted",
+                           "queue full",
+                           "no transform",
+                           "too old for tf",
+                           "before the first transform",
+                           "in a gap of tf",
+                           "paused",
+                           "empty frame_id",
+                           "no points",
+                           "no x/y/z fields",
+                           "jump",
+                           "reset",
+                           "edit",
+                           "reconfigure",
+                           "save",
+                           "load",
+                           "listener",
+                           "gap",
+                           "publish",
+                           "time"}) {
     EXPECT_GT(counts[what], 0U) << what << " never happened";
   }
 }

@@ -2,7 +2,7 @@
 #include "cuboid_mapping/ros/cuboid_map_client.h"
 
 #include "cuboid_mapping/ros/conversions/map_messages.h"
-#include "cuboid_mapping/ros/map/phase_fair_mutex.h"
+#include "cuboid_mapping/ros/mapping/phase_fair_mutex.h"
 #include "cuboid_mapping/ros/middleware/callback_guard.h"
 #include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/names.h"

@@ -3,7 +3,7 @@
 #include "cuboid_mapping/ros/octomap_server/octomap_products.h"
 
 #include "cuboid_mapping/interop/octomap_parity.h"
-#include "cuboid_mapping/ros/octomap_server/octomap_server_interface.h"
+#include "cuboid_mapping/ros/octomap_server/octomap_server_feature.h"
 #include "cuboid_mapping/ros/octomap_server/projected_map.h"
 #include "support/snapshots.h"
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/parameters/parameters.h"
 
+#include "cuboid_mapping/ros/parameters/parameter_table.h"
+
 #include "ros/keep_cases.h"
 #include "ros/parameter_cases.h"
 #include "ros/window_cases.h"
@@ -60,6 +62,12 @@ std::vector<Case> allCases() {
         windowCases(), keepCases(), limitCases(), otherCases(), octomapServerCases()}) {
     cases.insert(cases.end(), part.begin(), part.end());
   }
+  // scripts/without builds the node without some features.
+  const auto is_gone = [](const Case& c) {
+    return std::none_of(parameterTable().begin(), parameterTable().end(),
+                        [&c](const auto& declaration) { return declaration.key == c.key; });
+  };
+  cases.erase(std::remove_if(cases.begin(), cases.end(), is_gone), cases.end());
   return cases;
 }
 

@@ -31,30 +31,35 @@ std::size_t bytesOf(const Observation& message) {
 
 }  // namespace
 
-ObservationPublisher::ObservationPublisher(ros::NodeHandle nh, const ros::NodeHandle& private_nh,
-                                           const NodeParameters& parameters)
-    : leaves_out_(parameters.fleet.observation_excess == ObservationExcess::kThin),
-      budget_(1e3 * parameters.fleet.observation_max_kb_s),
+ObservationPublisher::ObservationPublisher(const MapHost& host)
+    : is_limited_(host.parameters.fleet.observation_max_kb_s > 0.0),
+      leaves_out_(host.parameters.fleet.observation_excess == ObservationExcess::kThin),
+      budget_(1e3 * host.parameters.fleet.observation_max_kb_s),
       max_kept_bytes_(std::size_t{1000000} *
-                      static_cast<std::size_t>(parameters.fleet.observation_memory_mb)),
-      publisher_(nh.advertise<Observation>(kObservationsTopic, kMaxWaiting)) {
-  last_.header.frame_id = withoutSlash(parameters.frame_id);
-  last_.robot = private_nh.getNamespace();
+                      static_cast<std::size_t>(host.parameters.fleet.observation_memory_mb)),
+      publisher_(ros::NodeHandle(host.nh).advertise<Observation>(kObservationsTopic, kMaxWaiting)) {
+  last_.header.frame_id = withoutSlash(host.parameters.frame_id);
+  last_.robot = host.private_nh.getNamespace();
   last_.session = ros::WallTime::now().toNSec();
-  last_.resolution = parameters.map.resolution_m;
+  last_.resolution = host.parameters.map.resolution_m;
   server_ = offerService<GetObservations>(
-      private_nh, kGetObservationsService,
+      host.services_nh, kGetObservationsService,
       [this](const auto& request, auto& response) { answer(request, response); });
-  if (parameters.fleet.observation_max_kb_s > 0.0) {
-    timer_ = startTimer(private_nh, kSendPeriod_s, [this] {
+  if (is_limited_) {
+    timer_ = startTimer(host.services_nh, kSendPeriod_s, [this] {
       const std::lock_guard<std::mutex> lock(mutex_);
       sendDue();
     });
   }
 }
 
-void ObservationPublisher::publish(const ros::Time& stamp, const Eigen::Vector3d& origin_map,
-                                   const SensorModelConfig& model, const ScanUpdate& update) {
+std::string ObservationPublisher::name() const { return kObservationsTopic; }
+
+void ObservationPublisher::addStatus(diagnostic_updater::Updater& diagnostics) {
+  if (is_limited_) diagnostics.add("observations", this, &ObservationPublisher::fillStatus);
+}
+
+void ObservationPublisher::onCloud(const MappedCloud& cloud) {
   const std::lock_guard<std::mutex> lock(mutex_);
   const bool is_heard = publisher_.getNumSubscribers() > 0;
   if (is_heard && leaves_out_ && !budget_.isFree(sendTime_s())) {
@@ -63,7 +68,7 @@ void ObservationPublisher::publish(const ros::Time& stamp, const Eigen::Vector3d
   }
   ++last_.sequence;
   if (!is_heard && max_kept_bytes_ == 0) return;
-  const Message message = makeMessage(stamp, origin_map, model, update);
+  const Message message = makeMessage(cloud);
   keep(message);
   if (!is_heard) return;
   waiting_.push_back(message);
@@ -73,18 +78,15 @@ void ObservationPublisher::publish(const ros::Time& stamp, const Eigen::Vector3d
   ++num_overtaken_;
 }
 
-ObservationPublisher::Message ObservationPublisher::makeMessage(const ros::Time& stamp,
-                                                                const Eigen::Vector3d& origin_map,
-                                                                const SensorModelConfig& model,
-                                                                const ScanUpdate& update) const {
+ObservationPublisher::Message ObservationPublisher::makeMessage(const MappedCloud& cloud) const {
   const auto message = boost::make_shared<Observation>(last_);
-  message->header.stamp = stamp;
-  message->origin = toPoint(origin_map);
-  message->hit = model.hit;
-  message->miss = model.miss;
-  message->min = model.alpha_min;
-  message->max = model.alpha_max;
-  const std::string bytes = toBytes(update);
+  message->header.stamp = cloud.stamp;
+  message->origin = toPoint(cloud.origin_map);
+  message->hit = cloud.sensor_model.hit;
+  message->miss = cloud.sensor_model.miss;
+  message->min = cloud.sensor_model.alpha_min;
+  message->max = cloud.sensor_model.alpha_max;
+  const std::string bytes = toBytes(cloud.mapped);
   message->data.assign(bytes.begin(), bytes.end());
   return message;
 }
@@ -135,7 +137,7 @@ void ObservationPublisher::answer(const GetObservations::Request& request,
   }
 }
 
-void ObservationPublisher::report(diagnostic_updater::DiagnosticStatusWrapper& status) {
+void ObservationPublisher::fillStatus(diagnostic_updater::DiagnosticStatusWrapper& status) {
   const std::lock_guard<std::mutex> lock(mutex_);
   using diagnostic_msgs::DiagnosticStatus;
   status.summary(DiagnosticStatus::OK, "observations are sent within observation_rate");

@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/GetObservations.h"
 #include "cuboid_mapping/Observation.h"
+#include "cuboid_mapping/ros/mapping/map_feature.h"
 #include "cuboid_mapping/ros/middleware/rate_limit.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
 #include "cuboid_mapping/scan/brick_update.h"
@@ -27,33 +28,34 @@ namespace cuboid_mapping_ros {
 ///
 /// All observations are counted. They are encoded only for subscribers, or to be kept. The excess over
 /// observation_rate waits, or is left out. Thread-safe.
-class ObservationPublisher {
+class ObservationPublisher : public MapFeature {
  public:
-  /// @param private_nh  Its namespace is the name of the robot.
-  ObservationPublisher(ros::NodeHandle nh, const ros::NodeHandle& private_nh,
-                       const NodeParameters& parameters);
-  ObservationPublisher(const ObservationPublisher&) = delete;
-  ObservationPublisher& operator=(const ObservationPublisher&) = delete;
-
-  /// Publishes a cloud that is in the map.
-  /// @param origin_map  Start of its beams. @param model  Sensor model of the cloud.
-  void publish(const ros::Time& stamp, const Eigen::Vector3d& origin_map,
-               const SensorModelConfig& model, const ScanUpdate& update);
+  /// The private namespace of the node is the name of the robot.
+  explicit ObservationPublisher(const MapHost& host);
+  [[nodiscard]] static std::vector<ParameterDeclaration> declare();
+  /// A node that merges robots observes nothing itself.
+  [[nodiscard]] static bool isOn(const NodeParameters& parameters) {
+    return parameters.fleet.robots.empty();
+  }
+  [[nodiscard]] std::string name() const override;
+  /// Publishes a cloud.
+  void onCloud(const MappedCloud& cloud) override;
+  void addStatus(diagnostic_updater::Updater& diagnostics) override;
 
   /// Figures, and a warning when clouds were left out since the last report.
-  void report(diagnostic_updater::DiagnosticStatusWrapper& status);
+  void fillStatus(diagnostic_updater::DiagnosticStatusWrapper& status);
 
  private:
   using Message = Observation::ConstPtr;
 
-  [[nodiscard]] Message makeMessage(const ros::Time& stamp, const Eigen::Vector3d& origin_map,
-                                    const SensorModelConfig& model, const ScanUpdate& update) const;
+  [[nodiscard]] Message makeMessage(const MappedCloud& cloud) const;
   void keep(const Message& message);
   /// Sends messages that are due. @pre mutex_ is held.
   void sendDue();
   void answer(const GetObservations::Request& request, GetObservations::Response& response);
 
   std::mutex mutex_;  ///< Guards the members below.
+  bool is_limited_;   ///< There is a rate.
   bool leaves_out_;   ///< Drops the excess; else the excess waits.
   ByteBudget budget_;
   std::size_t max_kept_bytes_;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/node/mapping_node.h"
 
-#include "cuboid_mapping/query/height_range.h"
 #include "cuboid_mapping/ros/conversions/points.h"
 #include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/names.h"
@@ -11,14 +10,13 @@
 
 #include <algorithm>
 #include <exception>
-#include <filesystem>
 #include <utility>
 
 namespace cuboid_mapping_ros {
 namespace {
 
-/// Number of service calls that run in parallel, so that a long call does not block the others.
-constexpr std::uint32_t kQueryThreads = 4;
+/// Number of service calls that run in parallel: four queries, and as many edits.
+constexpr std::uint32_t kServiceThreads = 8;
 /// tf keeps this more than tf_wait: a cloud that has waited so long still has its transforms.
 constexpr double kTfMargin_s = 10.0;
 
@@ -30,75 +28,61 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
     : node_callbacks_(*nh.getCallbackQueue(), guard_, "node"),
       receiving_thread_(guard_, "receiving"),
       tf_thread_(guard_, "tf"),
-      query_threads_(guard_, "queries", kQueryThreads),
-      edit_threads_(guard_, "edits", 4),
-      asking_threads_(guard_, "asking robots",
-                      static_cast<std::uint32_t>(parameters.fleet.robots.size()) + 1),
+      service_threads_(guard_, "services", kServiceThreads),
       publish_thread_(guard_, "publishing"),
       nh_(withQueue(nh, node_callbacks_)),
       private_nh_(withQueue(private_nh, node_callbacks_)),
       parameters_(parameters),
       ledger_(parameters),
       sources_(parameters, ledger_),
-      forgetting_(parameters),
       moving_filter_(parameters.map.resolution_m, parameters.moving_points, parameters.window),
       map_(makeMapConfig(parameters)),
-      has_color_span_(parameters.color_period_m == 0.0),
-      map_publisher_(withQueue(nh_, publish_thread_.queue()),
-                     withQueue(private_nh_, publish_thread_.queue()), parameters, map_),
-      observation_publisher_(nh_, private_nh_, parameters),
-      occupied_publisher_(withQueue(nh_, publish_thread_.queue()), CuboidFilter::kOccupied,
-                          parameters, map_),
-      free_publisher_(withQueue(nh_, publish_thread_.queue()), CuboidFilter::kFree, parameters,
-                      map_),
-      octomap_server_(nh_, private_nh_, parameters, map_,
-                      {publish_thread_.queue(), query_threads_.queue()}),
       diagnostics_(nh_, private_nh_, private_nh_.getNamespace()),
       tf_buffer_(ros::Duration(parameters.tf_wait_s + kTfMargin_s), parameters.tf_gap_s),
       map_in_frame_{map_, parameters.frame_id, tf_buffer_, parameters.service_limits,
                     &is_stopping_},
       clouds_(makeCloudLimits(parameters), queueCallbacks()),
+      host_(makeHost()),
       mapping_thread_(guard_, "clouds") {
-  beginWith(start_map);
+  if (start_map) restore(*start_map);
+  features_ = makeFeatures(host_);
+  is_behind_.resize(features_.size());
   advertiseServices();
-  map_files_.emplace(private_nh_, parameters, map_, guard_);
   reconfigure_server_.emplace(private_nh_, parameters,
                               [this](const NodeParameters& changed) { reconfigure(changed); });
-  if (parameters.keep.isOn()) {
-    corrections_.emplace(nh_, private_nh_, parameters, map_, guard_, [this] { onCorrected(); });
-  }
-  preparePublishing();
+  publish_timer_ = startTimer(host_.nh, 1.0 / parameters_.publish_rate_hz, [this] { publish(); });
   subscribe();
   startDiagnostics();  // Reads what subscribe() has made.
-  query_threads_.start();
-  edit_threads_.start();
+  service_threads_.start();
   publish_thread_.start();
+  for (const auto& feature : features_) feature->start();
   post(mapping_thread_.queue(), this, [this] { mapClouds(); });
   mapping_thread_.start();
 }
 
-void MappingNode::preparePublishing() {
-  const ros::NodeHandle nh = withQueue(nh_, publish_thread_.queue());
-  if (!parameters_.robot_grid.frame_id.empty()) {
-    const GridPublisher::Options options{kRobotGridTopic, kRobotGridUpdatesTopic, parameters_.latch,
-                                         parameters_.keyframe_period_s};
-    robot_grid_.emplace(nh, options,
-                        [this] { return findRobotGrid(map_, tf_buffer_, parameters_); });
-  }
-  publish_timer_ = startTimer(nh, 1.0 / parameters_.publish_rate_hz, [this] { publish(); });
-}
-
-void MappingNode::beginWith(const std::optional<MapSnapshot>& start_map) {
-  if (start_map) restore(*start_map);
-  if (parameters_.window.keeps() && !hasMap(parameters_.window.file)) {
-    std::filesystem::remove(locksFile(parameters_.window.file));  // Of a map that is gone.
-  } else if (parameters_.window.keeps()) {
-    ROS_INFO_STREAM_NAMED(kNodeName, "goes on with the map of " << parameters_.window.file);
-  }
-  map_.setWindow([&](CuboidMap& map) { return makeWindow(parameters_, map); });
-  if (parameters_.window.keeps()) lockAsSaved(parameters_.window.file);
-  if (parameters_.is_autosave_read) lockAsSaved(parameters_.autosave_file);
-  if (parameters_.keep.isOn()) map_.setHistory(makeHistory(parameters_, map_));
+MapHost MappingNode::makeHost() {
+  return {withQueue(nh_, publish_thread_.queue()),
+          withQueue(private_nh_, publish_thread_.queue()),
+          withQueue(private_nh_, service_threads_.queue()),
+          withQueue(nh_, service_threads_.queue()),
+          parameters_,
+          map_,
+          map_in_frame_,
+          tf_buffer_,
+          guard_,
+          is_stopping_,
+          is_paused_,
+          [this] { publishSoon(); },
+          [this] {
+            const std::lock_guard<FairMutex> lock(work_mutex_);
+            moving_filter_.reset();  // Its void space is elsewhere now.
+          },
+          [this](const std_msgs::Header& header) { return ledger_.noteReceived(0, header); },
+          [this](const MappedCloud* cloud) {
+            if (cloud == nullptr) return drop(0, DropReason::kPaused);
+            ledger_.noteInserted(0, work_, {});
+            noteMapped(*cloud);
+          }};
 }
 
 void MappingNode::restore(const MapSnapshot& start_map) {
@@ -108,35 +92,25 @@ void MappingNode::restore(const MapSnapshot& start_map) {
   });
 }
 
-void MappingNode::lockAsSaved(const std::string& map_file) {
-  const std::vector<CellBox> boxes = readLocks(map_file);
-  map_.edit([&](CuboidMap& map) {
-    for (const CellBox& box : boxes) map.lock(box);
-    return ChangeSet{map.revision(), false, {}};
-  });
-}
-
 /// Stops the threads first: no member may be destroyed while a callback uses it.
 MappingNode::~MappingNode() {
   is_stopping_ = true;
   sources_.stopListening();
-  if (merger_) merger_->stopAsking();
   clouds_.stop();
   mapping_thread_.stop();
-  corrections_.reset();
-  for (GuardedThread* thread : {&receiving_thread_, &tf_thread_, &query_threads_, &edit_threads_,
-                                &asking_threads_, &publish_thread_}) {
+  for (const auto& feature : features_) feature->stop();
+  for (GuardedThread* thread :
+       {&receiving_thread_, &tf_thread_, &service_threads_, &publish_thread_}) {
     thread->stop();
   }
+  while (!features_.empty()) features_.pop_back();  // The last one first.
 }
 
 void MappingNode::startDiagnostics() {
   diagnostics_.setHardwareID("none");
   diagnostics_.add("mapping", this, &MappingNode::reportDiagnostics);
   sources_.addDiagnostics(diagnostics_);
-  if (parameters_.fleet.observation_max_kb_s > 0.0) {
-    diagnostics_.add("observations", &observation_publisher_, &ObservationPublisher::report);
-  }
+  for (const auto& feature : features_) feature->addStatus(diagnostics_);
   diagnostics_timer_ = startTimer(nh_, std::max(0.1, diagnostics_.getPeriod()),
                                   [this] { diagnostics_.force_update(); });
 }
@@ -144,7 +118,7 @@ void MappingNode::startDiagnostics() {
 void MappingNode::subscribe() {
   tf_receiver_.emplace(withQueue(nh_, tf_thread_.queue()), tf_buffer_);
   tf_thread_.start();
-  if (!parameters_.fleet.robots.empty()) return mergeRobots();
+  if (!parameters_.fleet.robots.empty()) return;  // Their observations make the map.
   if (parameters_.moving_points != MovingPoints::kIgnore) {
     moving_points_ = nh_.advertise<sensor_msgs::PointCloud2>(kMovingPointsTopic, 10);
   }
@@ -158,24 +132,6 @@ void MappingNode::subscribe() {
   };
   sources_.listen(withQueue(nh_, receiving_thread_.queue()), callbacks);
   receiving_thread_.start();
-}
-
-void MappingNode::mergeRobots() {
-  RobotMerger::Callbacks callbacks;
-  callbacks.is_paused = [this] { return is_paused_.load(); };
-  callbacks.note = [this](const RobotObservation& observation, bool is_in_map) {
-    std_msgs::Header header;
-    header.frame_id = withoutSlash(parameters_.frame_id);
-    header.stamp = stampOf(observation);
-    if (!ledger_.noteReceived(0, header)) return;
-    if (!is_in_map) return drop(0, DropReason::kPaused);
-    ledger_.noteInserted(0, work_, {});
-    forget(observation.update, header.stamp, 0);
-  };
-  merger_.emplace(nh_, withQueue(nh_, asking_threads_.queue()), parameters_, map_,
-                  std::move(callbacks));
-  diagnostics_.add("merging", &*merger_, &RobotMerger::report);
-  asking_threads_.start();
 }
 
 CloudQueue::Callbacks MappingNode::queueCallbacks() {
@@ -260,11 +216,14 @@ void MappingNode::integrate(const PosedCloud& posed) {
                        {1e-3 * whole.lap(), steadySeconds() - posed.arrival_s});
   // The cloud is in the map: later failures do not count against it.
   guard_.run("after a cloud", [&] { ledger_.giveAdvice(clouds_.hasReady()); });
-  forget(*update, cloud.header().stamp, cloud.source);
-  guard_.run(kObservationsTopic, [&] {
-    observation_publisher_.publish(cloud.header().stamp, poses.T_map_sensor.translation(),
-                                   source.parameters.sensor_model, taken);
-  });
+  noteMapped({cloud.source, cloud.header().stamp, poses.T_map_sensor.translation(),
+              source.parameters.sensor_model, *update, taken});
+}
+
+void MappingNode::noteMapped(const MappedCloud& cloud) {
+  for (const auto& feature : features_) {
+    guard_.run(feature->name(), [&] { feature->onCloud(cloud); });
+  }
 }
 
 const ScanUpdate& MappingNode::takeMoving(const ScanUpdate& update, const CloudPoses& poses,
@@ -274,15 +233,6 @@ const ScanUpdate& MappingNode::takeMoving(const ScanUpdate& update, const CloudP
                                    makeHeader(withoutSlash(parameters_.frame_id), stamp)));
   }
   return moving_filter_.take(update, poses.window_center_map);
-}
-
-void MappingNode::forget(const ScanUpdate& update, const ros::Time& stamp, std::size_t source) {
-  guard_.run("forgetting", [&] {
-    forgetting_.note(update, stamp, source);
-    while (forgetting_.hasDue()) {
-      map_.edit([this](CuboidMap& map) { return forgetting_.forgetSome(map); });
-    }
-  });
 }
 
 void MappingNode::reconfigure(const NodeParameters& parameters) {
@@ -295,24 +245,9 @@ void MappingNode::reconfigure(const NodeParameters& parameters) {
   map_.edit([&](CuboidMap& map) { return map.setSensorModel(parameters.source.sensor_model); });
   map_.saveHead();
   post(publish_thread_.queue(), this, [this, parameters] {
-    has_color_span_ = parameters.color_period_m == 0.0;
-    occupied_publisher_.setColors(parameters.color_by, parameters.color_period_m);
-    octomap_server_.setParameters(parameters.octomap_server);
+    for (const auto& feature : features_) feature->setParameters(parameters);
   });
   publish_timer_.setPeriod(ros::WallDuration(1.0 / parameters.publish_rate_hz), false);
-}
-
-void MappingNode::updateColorSpan() {
-  if (!occupied_publisher_.hasListeners()) return;
-  if (!has_color_span_) {
-    if (color_span_) occupied_publisher_.setColorSpan(std::nullopt);
-    color_span_.reset();
-    return;
-  }
-  const auto span = map_.read([](const CuboidMap& map) { return findHeightRange(map); });
-  if (color_span_ && !isOtherSpan(span, *color_span_)) return;
-  color_span_ = span;
-  occupied_publisher_.setColorSpan(span);
 }
 
 void MappingNode::publishSoon() {
@@ -324,27 +259,16 @@ void MappingNode::publishSoon() {
 }
 
 void MappingNode::publish() {
-  updateColorSpan();
-  ChangeSet changes;
-  // Topics are guarded one by one, so that a failure of one does not keep the changes from the others.
-  const bool is_known =
-      guard_.run(kCuboidMapUpdatesTopic, [&] { changes = map_publisher_.publish(); });
-  if (!is_known) changes.is_everything = true;  // The changes are lost.
-  for (MarkerPublisher* publisher : {&occupied_publisher_, &free_publisher_}) {
-    guard_.run("markers", [&] {
-      publisher->noteChanges(changes);
-      publisher->publish();
-    });
+  map_.takeChanges([&](const CuboidMap& map, const ros::Time& stamp, const ChangeSet& changed) {
+    const ChangeSet everything{changed.revision, true, {}};
+    for (std::size_t i = 0; i < features_.size(); ++i) {
+      const MapChanges changes{is_behind_[i] ? everything : changed, map, stamp};
+      is_behind_[i] = !guard_.run(features_[i]->name(), [&] { features_[i]->onChanges(changes); });
+    }
+  });
+  for (std::size_t i = 0; i < features_.size(); ++i) {
+    if (!guard_.run(features_[i]->name(), [&] { features_[i]->publish(); })) is_behind_[i] = true;
   }
-  guard_.run("topics of octomap_server", [&] {
-    octomap_server_.noteChanges(changes);
-    octomap_server_.publish();
-  });
-  guard_.run(kRobotGridTopic, [&] {
-    if (!robot_grid_) return;
-    robot_grid_->publish();
-    robot_grid_->publishKeyframe();
-  });
 }
 
 void MappingNode::drop(std::size_t source, DropReason reason) noexcept {

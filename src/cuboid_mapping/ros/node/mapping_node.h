@@ -7,24 +7,16 @@
 #include "cuboid_mapping/ros/diagnostics/cloud_ledger.h"
 #include "cuboid_mapping/ros/diagnostics/diagnostics.h"
 #include "cuboid_mapping/ros/diagnostics/node_statistics.h"
-#include "cuboid_mapping/ros/fleet/observation_publisher.h"
-#include "cuboid_mapping/ros/fleet/robot_merger.h"
-#include "cuboid_mapping/ros/map/forgetting.h"
-#include "cuboid_mapping/ros/map/guarded_map.h"
-#include "cuboid_mapping/ros/map/map_storage.h"
-#include "cuboid_mapping/ros/map/phase_fair_mutex.h"
 #include "cuboid_mapping/ros/mapping/cloud_queue.h"
+#include "cuboid_mapping/ros/mapping/guarded_map.h"
+#include "cuboid_mapping/ros/mapping/map_feature.h"
+#include "cuboid_mapping/ros/mapping/map_storage.h"
+#include "cuboid_mapping/ros/mapping/phase_fair_mutex.h"
+#include "cuboid_mapping/ros/mapping/service_call.h"
 #include "cuboid_mapping/ros/mapping/tf_buffer.h"
 #include "cuboid_mapping/ros/middleware/callback_guard.h"
-#include "cuboid_mapping/ros/octomap_server/octomap_server_interface.h"
-#include "cuboid_mapping/ros/octomap_server/robot_grid.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
 #include "cuboid_mapping/ros/parameters/reconfigure.h"
-#include "cuboid_mapping/ros/publishers/map_publisher.h"
-#include "cuboid_mapping/ros/publishers/marker_publisher.h"
-#include "cuboid_mapping/ros/services/map_files_service.h"
-#include "cuboid_mapping/ros/services/pose_corrections.h"
-#include "cuboid_mapping/ros/services/service_call.h"
 
 #include <diagnostic_updater/diagnostic_updater.h>
 #include <ros/node_handle.h>
@@ -39,17 +31,17 @@
 
 namespace cuboid_mapping_ros {
 
-/// The node. It receives clouds (messages of any source) and tf, and provides markers, answers to box queries
-/// and diagnostics.
+/// The node. It receives clouds (messages of any source) and tf, puts the clouds into the map, and answers box
+/// queries. All else are features, which hang on the map: see map_feature.h.
 ///
 /// Names of topics and services are in names.h, parameters in parameters.h.
 ///
 /// No exception leaves it: every callback comes from a GuardedQueue.
 ///
 /// Thread rule: one thread receives clouds and puts them into the CloudQueue, another maps them one by one. tf
-/// has its own thread; queries and edits have several; publishing and corrected poses have one each. Diagnostics
-/// and changes of parameters come from the queue of the node handles, which must have one thread (a nodelet's
-/// getNodeHandle(), or a node's ros::spin()). The threads share the map, which is guarded, and work_mutex_.
+/// has its own thread, publishing another, and services have several. Diagnostics and changes of parameters come
+/// from the queue of the node handles, which must have one thread (a nodelet's getNodeHandle(), or a node's
+/// ros::spin()). The threads share the map, which is guarded, and work_mutex_.
 class MappingNode {
  public:
   /// @param parameters  Valid, see readParameters().
@@ -66,8 +58,6 @@ class MappingNode {
 
   [[nodiscard]] CloudQueue::Callbacks queueCallbacks();
   [[nodiscard]] CloudQueue::FindPoses makeSearch(const NodeParameters& parameters);
-  /// Makes the robot's grid, and the timer of all topics of the map.
-  void preparePublishing();
   void startDiagnostics();
   void subscribe();
   /// Puts clouds into the map until the node ends.
@@ -76,26 +66,18 @@ class MappingNode {
   bool mapNextCloud();
   void onCloudInTurn(const PosedCloud& cloud);
   void integrate(const PosedCloud& posed);
-  /// Notes the voxels of a cloud, and forgets voxels that no cloud has seen for too long.
-  void forget(const ScanUpdate& update, const ros::Time& stamp, std::size_t source);
   /// Publishes moving points. @return The part of the cloud that goes into the map.
   const ScanUpdate& takeMoving(const ScanUpdate& update, const CloudPoses& poses,
                                const Source& source, const ros::Time& stamp);
-  /// Builds the map from observations of other nodes, instead of clouds.
-  void mergeRobots();
-  /// Creates the map, its window and its history.
-  void beginWith(const std::optional<MapSnapshot>& start_map);
   void restore(const MapSnapshot& start_map);
-  /// Locks the boxes of readLocks().
-  void lockAsSaved(const std::string& map_file);
+  [[nodiscard]] MapHost makeHost();
+  /// Tells all features of a cloud in the map.
+  void noteMapped(const MappedCloud& cloud);
   void advertiseServices();
-  /// Called after a correction of poses.
-  void onCorrected();
+  /// Publishes the changes of the map: it takes them once, and gives them to each feature.
   void publish();
   /// Makes the publishing thread publish a change without a cloud. Thread-safe.
   void publishSoon();
-  /// Fits the colours of heights to the map if it has grown enough.
-  void updateColorSpan();
   /// Sets parameters that were changed while the node runs; see reconfigure.h.
   void reconfigure(const NodeParameters& parameters);
   void onReset();
@@ -114,10 +96,7 @@ class MappingNode {
   GuardedQueue node_callbacks_;
   GuardedThread receiving_thread_;  ///< Thread that receives clouds.
   GuardedThread tf_thread_;
-  GuardedThread query_threads_;
-  GuardedThread
-      edit_threads_;  ///< Several, so that ~pause does not wait for long calls of ~set_box and ~move_map.
-  GuardedThread asking_threads_;  ///< Threads that wait for robots.
+  GuardedThread service_threads_;  ///< Several, so that a long call does not block the others.
   GuardedThread publish_thread_;
   ros::NodeHandle nh_;
   ros::NodeHandle private_nh_;
@@ -128,25 +107,15 @@ class MappingNode {
   NodeSources sources_;   ///< Sources with the current parameters.
   /// Least stamp of a cloud; earlier ones have a frame before ~move_map.
   std::atomic<std::uint64_t> first_stamp_ns_{0};
-  Forgetting forgetting_;
   MovingFilter moving_filter_;
   NodeStatistics work_;  ///< Figures of points and times.
   GuardedMap map_;
   NodeStatistics reported_statistics_;  ///< Statistics of the last report.
   bool has_warned_of_silence_ = false;
   std::uint64_t num_reported_failures_ = 0;
-  std::uint64_t num_reported_window_failures_ = 0;
-  // Used by the publishing thread.
-  bool has_color_span_;                    ///< True if color_period is 0.
-  std::optional<HeightRange> color_span_;  ///< Current span.
   MapWatch map_watch_{steadySeconds};
 
   ros::Publisher moving_points_;  ///< Only with the parameter moving_points.
-  MapPublisher map_publisher_;
-  ObservationPublisher observation_publisher_;
-  MarkerPublisher occupied_publisher_;
-  MarkerPublisher free_publisher_;
-  OctomapServerInterface octomap_server_;
   diagnostic_updater::Updater diagnostics_;
   ros::WallTimer publish_timer_;
   std::atomic<bool> is_publish_due_{false};  ///< Set after an edit.
@@ -156,13 +125,12 @@ class MappingNode {
   MapInFrame map_in_frame_;
   std::vector<ros::ServiceServer> servers_;
   std::atomic<bool> is_paused_{false};
-  std::optional<GridPublisher> robot_grid_;  ///< Only with a frame for it.
   CloudQueue clouds_;
-  std::optional<RobotMerger> merger_;
   std::optional<ReconfigureServer> reconfigure_server_;
-  std::optional<MapFilesService> map_files_;
-  std::optional<PoseCorrections> corrections_;  ///< Only with keep_clouds.
   std::optional<TfReceiver> tf_receiver_;
+  MapHost host_;
+  MapFeatures features_;
+  std::vector<bool> is_behind_;  ///< Features that have missed changes. Publishing thread.
   GuardedThread mapping_thread_;
 };
 

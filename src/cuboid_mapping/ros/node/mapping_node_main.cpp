@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The node: runs the nodelet in a process of its own, under the name of the node.
-#include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/node/mapping_nodelet.h"
+#include "cuboid_mapping/ros/middleware/names.h"
 
 #include <nodelet/loader.h>
 #include <ros/init.h>
@@ -10,6 +10,7 @@
 #include <boost/make_shared.hpp>
 #include <boost/shared_ptr.hpp>
 
+#include <csignal>
 #include <cstdlib>
 #include <iostream>
 #include <optional>
@@ -46,6 +47,15 @@ std::optional<int> checkArguments(const std::vector<std::string>& arguments) {
   return std::nullopt;
 }
 
+void endNode(int /*signal*/) { ros::requestShutdown(); }
+
+/// Lets the node save its map before it ends; roscpp does so for SIGINT only.
+void endWithRosAt(int signal) {
+  struct sigaction action {};
+  action.sa_handler = &endNode;
+  sigaction(signal, &action, nullptr);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -54,6 +64,7 @@ int main(int argc, char** argv) {
   const std::vector<std::string> arguments(argv + 1, argv + argc);
   if (const auto status = checkArguments(arguments)) return *status;
 
+  for (const int signal : {SIGTERM, SIGHUP}) endWithRosAt(signal);
   const boost::function<boost::shared_ptr<nodelet::Nodelet>(const std::string&)> make =
       [](const std::string& /*type*/) { return boost::make_shared<MappingNodelet>(); };
   nodelet::Loader loader(make);

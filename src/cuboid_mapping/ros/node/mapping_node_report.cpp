@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The report of a MappingNode in /diagnostics.
+#include "cuboid_mapping/ros/node/mapping_node.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
-#include "cuboid_mapping/ros/node/mapping_node.h"
 
 #include <ros/console.h>
 
@@ -39,22 +39,14 @@ void MappingNode::reportDiagnostics(diagnostic_updater::DiagnosticStatusWrapper&
   const CloudLedger::Figures figures = ledger_.figures();
   report.statistics = figures.statistics;
   report.map = map_.read([this](const CuboidMap& map) { return map_watch_.summarize(map); });
-  report.window = map_.windowFigures();
-  if (report.window) {
-    report.num_new_window_failures = report.window->num_failures - num_reported_window_failures_;
-    num_reported_window_failures_ = report.window->num_failures;
-  }
-  if (const KeptHistory* history = map_.history()) {
-    report.kept = history->figures();
-    report.kept_error = history->error();
-  }
-  report.cloud_topic = merger_ ? merger_->topics() : sources_.topics();
+  report.cloud_topic = sources_.topics();
   report.frame_id = withoutSlash(parameters_.frame_id);
   if (figures.statistics.num_received > 0) report.last_cloud = describeLastCloud(figures);
+  report.num_publishers = sources_.numPublishers();
+  for (const auto& feature : features_) feature->report(report);
   report.is_simulated_time = ros::Time::isSimTime();
   report.is_paused = is_paused_;
-  report.num_publishers = merger_ ? merger_->numPublishers() : sources_.numPublishers();
-  if (!merger_) {
+  if (parameters_.fleet.robots.empty()) {
     report.wrong_types = sources_.findWrongTypes();
     report.other_topics = sources_.otherTopics();
   }
@@ -66,13 +58,11 @@ void MappingNode::reportDiagnostics(diagnostic_updater::DiagnosticStatusWrapper&
   report.why_waiting = clouds_.whyWaiting();
   report.lag_s = figures.lag_s;
   report.starved_s = seconds_since(figures.last_progress);
-  report.num_built = octomap_server_.numBuilt();
   for (std::size_t i = 0; i < figures.sources.size(); ++i) {
     const std::string name = figures.sources.size() == 1 ? "" : nameOf(sources_.at(i).parameters);
     if (figures.sources[i].rate_hz) report.rates.push_back({name, *figures.sources[i].rate_hz});
   }
   report.speed_advice = figures.speed_advice;
-  report.autosave_error = map_files_->autosaveError();
   report.num_failures = guard_.numFailures();
   report.num_new_failures = report.num_failures - num_reported_failures_;
   report.last_failure = guard_.lastFailure();

@@ -1,26 +1,26 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Services of a MappingNode that it answers itself.
-#include "cuboid_mapping/ros/map/map_storage.h"
+#include "cuboid_mapping/ros/mapping/answers.h"
+#include "cuboid_mapping/ros/mapping/map_storage.h"
+#include "cuboid_mapping/ros/node/mapping_node.h"
 #include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/names.h"
-#include "cuboid_mapping/ros/node/mapping_node.h"
-#include "cuboid_mapping/ros/services/answers.h"
 
 #include <ros/console.h>
 #include <std_srvs/Empty.h>
 #include <std_srvs/SetBool.h>
-#include <std_srvs/Trigger.h>
 
 #include <algorithm>
+#include <functional>
 #include <sstream>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace cuboid_mapping_ros {
 
 using std_srvs::Empty;
 using std_srvs::SetBool;
-using std_srvs::Trigger;
 
 namespace {
 
@@ -41,47 +41,13 @@ std::string describeWrongTime(const ros::Time& jump, const ros::Time& latest) {
   return text.str();
 }
 
-template <typename ServiceT>
-ros::ServiceServer advertise(const ros::NodeHandle& nh, const char* name, const MapInFrame& map) {
-  return offerService<ServiceT>(nh, name, [&map](const auto& request, auto& response) {
-    response = answer<ServiceT>(map, request);
-  });
-}
-
-/// Offers the services that read the map.
-std::vector<ros::ServiceServer> advertisePlannerServices(const ros::NodeHandle& nh,
-                                                         const MapInFrame& map) {
-  return {advertise<QueryBox>(nh, kQueryBoxService, map),
-          advertise<CheckBoxes>(nh, kCheckBoxesService, map),
-          advertise<CheckPath>(nh, kCheckPathService, map),
-          advertise<CheckPoses>(nh, kCheckPosesService, map),
-          advertise<CastRays>(nh, kCastRaysService, map),
-          advertise<FindNearest>(nh, kNearestService, map),
-          advertise<FindNearestFree>(nh, kNearestFreeService, map),
-          advertise<GetCuboids>(nh, kGetCuboidsService, map),
-          advertise<GetFreeGraph>(nh, kGetFreeGraphService, map),
-          advertise<GetDistances>(nh, kGetDistancesService, map),
-          advertise<GetFrontiers>(nh, kGetFrontiersService, map),
-          advertise<FindCorridor>(nh, kFindCorridorService, map),
-          advertise<GetLocks>(nh, kGetLocksService, map)};
-}
-
 }  // namespace
 
 void MappingNode::advertiseServices() {
-  servers_ =
-      advertisePlannerServices(withQueue(private_nh_, query_threads_.queue()), map_in_frame_);
-  const ros::NodeHandle nh = withQueue(private_nh_, edit_threads_.queue());
-  servers_.push_back(
-      offerService<SetBox>(nh, kSetBoxService, [this](const auto& request, auto& response) {
-        response = answer<SetBox>(map_in_frame_, request);
-        if (response.info.success != 0) publishSoon();
-      }));
-  servers_.push_back(
-      offerService<Trigger>(nh, kUndoEditService, [this](const auto& /*request*/, auto& response) {
-        response = undoEdit(map_);
-        if (response.success != 0) publishSoon();
-      }));
+  const ros::NodeHandle& nh = host_.services_nh;
+  servers_ = {offerAnswers<QueryBox>(nh, kQueryBoxService, map_in_frame_),
+              offerAnswers<CheckBoxes>(nh, kCheckBoxesService, map_in_frame_),
+              offerAnswers<GetCuboids>(nh, kGetCuboidsService, map_in_frame_)};
   servers_.push_back(
       offerService<SetBool>(nh, kPauseService, [this](const auto& request, auto& response) {
         is_paused_ = request.data != 0;
@@ -106,14 +72,6 @@ void MappingNode::onReset() {
   first_stamp_ns_ = 0;
   publishSoon();
   ROS_INFO_NAMED(kNodeName, "map cleared");
-}
-
-void MappingNode::onCorrected() {
-  {
-    const std::lock_guard<FairMutex> lock(work_mutex_);
-    moving_filter_.reset();  // Its void space is elsewhere now.
-  }
-  publishSoon();
 }
 
 /// No cloud is processed meanwhile: clouds wait, or belong to the old frame.
@@ -143,11 +101,14 @@ StorageAnswer MappingNode::moveMap(const Eigen::Isometry3d& T_new_old, const ros
   }
   if (!answer.error.empty()) return answer;
   // Steps that may run out of memory come first.
-  Forgetting forgetting = forgetting_.moved(*motion);
+  std::vector<std::function<void()>> steps;
+  for (const auto& feature : features_) steps.push_back(feature->prepareMove(*motion));
   VoidSpace void_space = moving_filter_.voidSpace().moved(*motion);
   answer = moveWholeMap(map_, *motion, makeSnapshotLimits(parameters_), CallProgress(is_stopping_));
   if (!answer.error.empty()) return answer;
-  forgetting_ = std::move(forgetting);
+  for (const auto& step : steps) {
+    if (step) step();
+  }
   moving_filter_.setVoidSpace(std::move(void_space));
   first_stamp_ns_ = (jump.isZero() ? ros::Time::now() : jump).toNSec();
   return answer;

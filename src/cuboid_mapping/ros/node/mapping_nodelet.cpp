@@ -3,31 +3,19 @@
 
 #include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/clouds/self_filter.h"
-#include "cuboid_mapping/ros/map/map_storage.h"
-#include "cuboid_mapping/ros/middleware/names.h"
+#include "cuboid_mapping/ros/mapping/map_storage.h"
 #include "cuboid_mapping/ros/node/mapping_node.h"
+#include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
 
 #include <ros/console.h>
-#include <ros/init.h>
 
-#include <csignal>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 namespace cuboid_mapping_ros {
 namespace {
-
-void endNode(int /*signal*/) { ros::requestShutdown(); }
-
-/// Lets the process save its map before it ends; roscpp does so for SIGINT only.
-void endWithRosAt(int signal) {
-  struct sigaction action {};
-  if (sigaction(signal, nullptr, &action) != 0 || action.sa_handler != SIG_DFL) return;
-  action.sa_handler = &endNode;
-  sigaction(signal, &action, nullptr);
-}
 
 /// @throws std::runtime_error  with all errors.
 NodeParameters loadGoodParameters(const ros::NodeHandle& private_nh) {
@@ -49,7 +37,6 @@ MappingNodelet::MappingNodelet() = default;
 MappingNodelet::~MappingNodelet() = default;
 
 void MappingNodelet::onInit() {
-  for (const int signal : {SIGTERM, SIGHUP}) endWithRosAt(signal);
   try {
     start();
   } catch (const std::exception& exception) {

@@ -2,7 +2,7 @@
 #include "cuboid_mapping/ros/octomap_server/octomap_products.h"
 
 #include "cuboid_mapping/ros/conversions/points.h"
-#include "cuboid_mapping/ros/publishers/marker_colors.h"
+#include "cuboid_mapping/ros/mapping/marker_colors.h"
 
 #include <algorithm>
 #include <array>

@@ -51,17 +51,6 @@ std::int32_t toLayer(double z_cells) {
 
 }  // namespace
 
-void layOut(const CellBox& extent, double resolution_m, nav_msgs::OccupancyGrid& grid) {
-  grid.info.resolution = static_cast<float>(resolution_m);
-  grid.info.origin.orientation.w = 1.0;
-  if (extent.isEmpty()) return;
-  grid.info.width = static_cast<std::uint32_t>(extent.size().x);
-  grid.info.height = static_cast<std::uint32_t>(extent.size().y);
-  grid.info.origin.position.x = extent.min.x * resolution_m;
-  grid.info.origin.position.y = extent.min.y * resolution_m;
-  grid.data.assign(std::size_t{grid.info.width} * grid.info.height, kUnknownCell);
-}
-
 void ProjectedMap::noteChanges(const ChangeSet& changes) {
   if (changes.is_everything) *this = ProjectedMap(parameters_);
   if (is_everything_dirty_) return;

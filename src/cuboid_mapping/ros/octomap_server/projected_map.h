@@ -2,6 +2,7 @@
 #pragma once
 
 #include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/ros/middleware/grid_publisher.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
 
 #include <nav_msgs/OccupancyGrid.h>
@@ -16,16 +17,6 @@
 #include <unordered_set>
 
 namespace cuboid_mapping_ros {
-
-/// Values of the cells of a nav_msgs/OccupancyGrid.
-///@{
-constexpr std::int8_t kUnknownCell = -1;
-constexpr std::int8_t kFreeCell = 0;
-constexpr std::int8_t kOccupiedCell = 100;
-///@}
-
-/// Sets place and size of a grid, and makes its cells unknown; empty for an empty extent.
-void layOut(const CellBox& extent, double resolution_m, nav_msgs::OccupancyGrid& grid);
 
 /// Part of the map that a grid leaves out.
 struct FarTiles {

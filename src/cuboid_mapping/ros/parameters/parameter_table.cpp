@@ -28,24 +28,8 @@ std::vector<ParameterDeclaration> declareMap() {
   };
 }
 
-std::vector<ParameterDeclaration> declareForgetting() {
+std::vector<ParameterDeclaration> declareMovingPoints() {
   return {
-      {"forget_after", "s", number(&S::forget_after_s, 0.0, 1e6),
-       "Voxels that no cloud has observed for this long become unknown. Time is that of the "
-       "stamps, per block of 8 x 8 x 8 voxels. Each source can have its own time; a block stays "
-       "while one source remembers it. Locked boxes stay. Voxels from files and edits stay until a "
-       "cloud observes them. 0: never."},
-      {"forget_class", "",
-       choice<ForgetClass>(&P::forget_class, {{"all", ForgetClass::kAll},
-                                              {"occupied", ForgetClass::kOccupied},
-                                              {"free", ForgetClass::kFree}}),
-       "Class of voxels that forget_after forgets. all: both. occupied: obstacles only; free space "
-       "stays. free: free space only; obstacles stay."},
-      {"forget_to", "",
-       choice<ForgetTo>(&P::forget_to,
-                        {{"unknown", ForgetTo::kUnknown}, {"seen_once", ForgetTo::kSeenOnce}}),
-       "State of forgotten voxels. unknown: unknown. seen_once: they keep their class, as if seen "
-       "once, and the next cloud can change it."},
       {"moving_points", "",
        choice<MovingPoints>(&P::moving_points, {{"ignore", MovingPoints::kIgnore},
                                                 {"publish", MovingPoints::kPublish},
@@ -184,12 +168,6 @@ std::vector<ParameterDeclaration> declareTopics() {
        "Time between two keyframes on topics that carry changes: occupied_cuboids, free_cuboids, "
        "cuboid_map, and the grids with updates. A keyframe has the whole content, for listeners "
        "that lost messages and for bags. The last change is followed by one more. 0: never."},
-      {"publish_values", "", boolean(&P::publish_values),
-       "true: cuboid_map and cuboid_map_updates carry the log-odds of every voxel. false: only "
-       "classes, which suffice for planners."},
-      {"map_part_size", "MB", number(&P::map_part_size_mb, 0.001, 500.0),
-       "A larger map is sent in several messages (cuboid_map, ~get_map). This is the size before "
-       "compression."},
       {"color_by", "",
        choice<ColorBy>(&P::color_by,
                        {{"height", ColorBy::kHeight}, {"probability", ColorBy::kProbability}}),
@@ -213,16 +191,6 @@ std::vector<ParameterDeclaration> declareFiles() {
       {"map_file_optional", "", boolean(&P::map_file_optional),
        "true: if map_file does not exist, as before the first run, the node starts without it. "
        "false: it does not start."},
-      {"autosave_file", "", file(&P::autosave_file),
-       "The map is saved to this file after changes and when the node stops. A file that exists at "
-       "the start and is not read (see resume) is not replaced: saves go to a new file beside it. "
-       "The extension selects the format, as with ~save_map. Empty: the map is not saved."},
-      {"resume", "", boolean(&P::resume),
-       "true: the node goes on with the map of autosave_file and its locked boxes, if the file "
-       "exists and map_file is empty. It does not start if the file cannot be read, or has another "
-       "resolution."},
-      {"autosave_period", "s", number(&P::autosave_period_s, 1.0, 86400.0),
-       "Time between two saves to autosave_file, or to window/file."},
       {"file_memory", "MB", integer(&P::file_memory_mb, 100, 1000000),
        "Memory for reading a map. A file that needs more is refused."},
   };
@@ -247,29 +215,19 @@ std::vector<ParameterDeclaration> declareQueries() {
   };
 }
 
-std::vector<ParameterDeclaration> declareRobotGrid() {
-  return {
-      {"robot_grid/frame", "", frame({&P::robot_grid, &RobotGridParameters::frame_id}, true),
-       "Frame of the robot. robot_grid moves with it. Empty: there is no robot_grid."},
-      {"robot_grid/size", "m", number({&P::robot_grid, &RobotGridParameters::size_m}, 0.1, 1000.0),
-       "Minimum extent of robot_grid along x and y; a multiple of 16 voxels."},
-      {"robot_grid/min_z", "m", number({&P::robot_grid, &RobotGridParameters::min_z_m}),
-       "Cells below this height over the origin of the robot's frame are not in robot_grid."},
-      {"robot_grid/max_z", "m", number({&P::robot_grid, &RobotGridParameters::max_z_m}),
-       "Cells above this height over the origin of the robot's frame are not in robot_grid."},
-  };
-}
-
 }  // namespace
 
 const std::vector<ParameterDeclaration>& parameterTable() {
   static const std::vector<ParameterDeclaration> kTable = [] {
     std::vector<ParameterDeclaration> table = declareMap();
     for (const auto& part :
-         {declareForgetting(), declareCuboids(), declareSources(), declareSelfFilter(),
-          declareGrowth(), declareSensorModel(), declareCrop(), declareTopics(), declareFiles(),
-          declareWindow(), declareKeep(), declareQueries(), declareRobotGrid(), declareFleet(),
-          declareOctomapServer()}) {
+         {declareMovingPoints(), declareCuboids(), declareSources(), declareSelfFilter(),
+          declareGround(), declareGrowth(), declareSensorModel(), declareCrop(), declareTopics(),
+          declareFiles(), declareQueries()}) {
+      table.insert(table.end(), part.begin(), part.end());
+    }
+    for (const FeatureParameters& feature : featureParameters()) {
+      const auto part = feature.declare();
       table.insert(table.end(), part.begin(), part.end());
     }
     return table;

@@ -23,19 +23,24 @@ struct ParameterDeclaration {
 /// Parts of parameterTable(). declareSources() has the first parameters of SourceParameters, and the list of
 /// sources.
 ///@{
-[[nodiscard]] std::vector<ParameterDeclaration> declareOctomapServer();
 [[nodiscard]] std::vector<ParameterDeclaration> declareSources();
 [[nodiscard]] std::vector<ParameterDeclaration> declareSelfFilter();
-[[nodiscard]] std::vector<ParameterDeclaration> declareFleet();
-[[nodiscard]] std::vector<ParameterDeclaration> declareWindow();
-[[nodiscard]] std::vector<ParameterDeclaration> declareKeep();
+[[nodiscard]] std::vector<ParameterDeclaration> declareGround();
 ///@}
 
-/// Errors of the parameters keep_clouds/*: conflicts with other parameters.
-[[nodiscard]] std::vector<ParameterError> checkKeep(const NodeParameters& parameters);
+/// Parameters of a feature.
+struct FeatureParameters {
+  std::vector<ParameterDeclaration> (*declare)();
+  /// Conflicts of its parameters with each other, and with those of others.
+  std::vector<ParameterError> (*check)(const LoadedParameters& loaded);
+};
 
-/// Errors of the window's parameters: missing ones, and conflicts with other parameters.
-[[nodiscard]] std::vector<ParameterError> checkWindow(const NodeParameters& parameters);
+/// Of all features; see features.cpp.
+[[nodiscard]] const std::vector<FeatureParameters>& featureParameters();
+
+/// Adds an error unless the first parameter is less than the second one, or one of them has an error already.
+void checkOrder(const LoadedParameters& loaded, const std::string& lower_key, double lower,
+                const std::string& upper_key, double upper, std::vector<ParameterError>& errors);
 
 /// Keys of earlier versions, with the reason of their removal and the cure.
 [[nodiscard]] const std::map<std::string, std::string>& retiredParameters();

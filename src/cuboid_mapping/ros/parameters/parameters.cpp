@@ -130,45 +130,38 @@ void readValues(const XmlRpcValue& group, bool is_source, LoadedParameters& load
   }
 }
 
+bool isGood(const LoadedParameters& loaded, const std::string& key) {
+  return std::none_of(loaded.errors.begin(), loaded.errors.end(),
+                      [&](const ParameterError& error) { return error.key == key; });
+}
+
 void checkSets(LoadedParameters& loaded) {
   const NodeParameters& all = loaded.parameters;
-  const auto is_good = [&loaded](const std::string& key) {
-    return std::none_of(loaded.errors.begin(), loaded.errors.end(),
-                        [&](const ParameterError& error) { return error.key == key; });
-  };
+  std::vector<ParameterError> errors;
   // The table has the library's ranges: conflicts between parameters remain.
-  if (is_good("rtree/min_branches") && is_good("rtree/max_branches")) {
+  if (isGood(loaded, "rtree/min_branches") && isGood(loaded, "rtree/max_branches")) {
     for (ConfigError& error : checkConfig(all.map)) {
       std::replace(error.field.begin(), error.field.end(), '.', '/');
-      loaded.errors.push_back({error.field, error.message});
+      errors.push_back({error.field, error.message});
     }
   }
-  const auto check_order = [&](const std::string& lower_key, double lower,
-                               const std::string& upper_key, double upper) {
-    if (lower < upper || !is_good(lower_key) || !is_good(upper_key)) return;
-    loaded.errors.push_back({lower_key, "is " + formatNumber(lower) + ", but must be less than " +
-                                            upper_key + " (" + formatNumber(upper) +
-                                            "): change one of them"});
-  };
   for (int axis = 0; axis < 3; ++axis) {
     const std::string name(1, "xyz"[axis]);
-    check_order("pointcloud_min_" + name, all.source.crop.min_m[axis], "pointcloud_max_" + name,
-                all.source.crop.max_m[axis]);
+    checkOrder(loaded, "pointcloud_min_" + name, all.source.crop.min_m[axis],
+               "pointcloud_max_" + name, all.source.crop.max_m[axis], errors);
   }
-  check_order("occupancy_min_z", all.octomap_server.occupancy_min_z_m, "occupancy_max_z",
-              all.octomap_server.occupancy_max_z_m);
-  check_order("robot_grid/min_z", all.robot_grid.min_z_m, "robot_grid/max_z",
-              all.robot_grid.max_z_m);
-  check_order("sensor_model/min_range", all.source.min_range_m, "sensor_model/max_range",
-              all.source.max_range_m);
+  checkOrder(loaded, "sensor_model/min_range", all.source.min_range_m, "sensor_model/max_range",
+             all.source.max_range_m, errors);
   const bool is_depth = all.source.type == SourceType::kDepthImage;
   if (all.source.deskew && (is_depth || all.source.filter_ground)) {
-    loaded.errors.push_back({"deskew", std::string("is true, but does not go with ") +
-                                           (is_depth ? "type: depth_image" : "filter_ground") +
-                                           ": switch one of them off"});
+    errors.push_back({"deskew", std::string("is true, but does not go with ") +
+                                    (is_depth ? "type: depth_image" : "filter_ground") +
+                                    ": switch one of them off"});
   }
-  for (ParameterError& error : checkWindow(all)) loaded.errors.push_back(std::move(error));
-  for (ParameterError& error : checkKeep(all)) loaded.errors.push_back(std::move(error));
+  for (const FeatureParameters& feature : featureParameters()) {
+    for (ParameterError& error : feature.check(loaded)) errors.push_back(std::move(error));
+  }
+  for (ParameterError& error : errors) loaded.errors.push_back(std::move(error));
 }
 
 /// Keys of this node, and groups of them.
@@ -260,6 +253,14 @@ XmlRpcValue applyDefaults(const XmlRpcValue& group) {
 }
 
 }  // namespace
+
+void checkOrder(const LoadedParameters& loaded, const std::string& lower_key, double lower,
+                const std::string& upper_key, double upper, std::vector<ParameterError>& errors) {
+  if (lower < upper || !isGood(loaded, lower_key) || !isGood(loaded, upper_key)) return;
+  errors.push_back({lower_key, "is " + formatNumber(lower) + ", but must be less than " +
+                                   upper_key + " (" + formatNumber(upper) +
+                                   "): change one of them"});
+}
 
 std::map<std::string, XmlRpcValue> leavesOf(const XmlRpcValue& group) {
   if (group.getType() != XmlRpcValue::TypeStruct) return {{"", group}};

@@ -322,12 +322,4 @@ struct LoadedParameters {
 /// Text such as "ended after 5 s (parameter query/max_time)". @pre why is not kNone.
 [[nodiscard]] std::string explain(BudgetLimit why, const ServiceLimits& limits);
 
-/// Text such as "3 parts of the map, of 64 x 64 x 64 voxels", for pages.
-[[nodiscard]] std::string describePages(std::size_t num_pages);
-
-/// The window of the parameters, with its store opened or created; null without a window.
-/// @throws MapFileError  as openStoreOf(), and std::runtime_error for conflicting parameters.
-[[nodiscard]] std::unique_ptr<MapWindow> makeWindow(const NodeParameters& parameters,
-                                                    CuboidMap& map);
-
 }  // namespace cuboid_mapping_ros

@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/files/map_files.h"
+
+#include "cuboid_mapping/io/file_replacement.h"
+#include "cuboid_mapping/io/map_files.h"
+#include "cuboid_mapping/io/text.h"
+#include "cuboid_mapping/ros/mapping/service_call.h"
+#include "cuboid_mapping/ros/middleware/names.h"
+
+#include <ros/console.h>
+
+#include <exception>
+#include <filesystem>
+#include <stdexcept>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+std::pair<std::uint64_t, std::vector<CellBox>> stateOf(const GuardedMap& map) {
+  return map.read([](const CuboidMap& content) {
+    return std::pair(content.revision(), content.lockedBoxes());
+  });
+}
+
+/// The path with the working folder before a relative name: callers do not know that folder.
+std::string toAbsolute(const std::string& file) {
+  std::error_code error;
+  const std::filesystem::path path = std::filesystem::absolute(file, error);
+  return error ? file : path.string();
+}
+
+void logAnswer(const char* action, const std::string& file, const StorageAnswer& answer) {
+  if (answer.error.empty()) {
+    ROS_INFO_STREAM_NAMED(kNodeName, "map " << action << ' ' << file << ": "
+                                            << counted(answer.num_cuboids, "cuboid") << ", "
+                                            << counted(answer.num_bytes, "byte"));
+  } else {
+    ROS_ERROR_STREAM_NAMED(kNodeName, "map not " << action << ' ' << file << ": " << answer.error);
+  }
+}
+
+}  // namespace
+
+MapFiles::MapFiles(const MapHost& host)
+    : map_(host.map),
+      guard_(host.guard),
+      frame_id_(host.parameters.frame_id),
+      limits_(makeSnapshotLimits(host.parameters)),
+      autosave_file_(toAbsolute(host.parameters.autosave_file)),
+      is_autosave_own_(host.parameters.is_autosave_read),
+      window_file_(host.parameters.window.keeps() ? toAbsolute(host.parameters.window.file) : ""),
+      progress_(host.is_stopping),
+      thread_(host.guard, "files") {
+  if (is_autosave_own_) lockAsSaved(map_, autosave_file_);
+  saved_ = stateOf(map_);
+  const ros::NodeHandle nh = withQueue(host.private_nh, thread_.queue());
+  servers_ = {
+      offerService<SaveMap>(
+          nh, kSaveMapService,
+          [this](const auto& request, auto& response) { onSave(request, response); }),
+      offerService<LoadMap>(nh, kLoadMapService, [this](const auto& request, auto& response) {
+        onLoad(request, response);
+      })};
+  if (!autosave_file_.empty()) announceAutosave();
+  if (!autosave_file_.empty() || !window_file_.empty()) {
+    autosave_timer_ = startTimer(nh, host.parameters.autosave_period_s, [this] { autosave(); });
+  }
+  thread_.start();
+}
+
+MapFiles::~MapFiles() {
+  thread_.stop();
+  guard_.run("autosave at the end", [this] { autosave(); });
+}
+
+void MapFiles::onSave(const SaveMap::Request& request, SaveMap::Response& response) {
+  const std::string file = toAbsolute(request.filename);
+  const StorageAnswer answer = saveMap(map_, frame_id_, file, limits_, progress_);
+  logAnswer("saved to", file, answer);
+  response.info = makeInfo(map_, frame_id_, answer.error);
+  if (answer.error.empty()) {
+    response.info.revision = answer.revision;
+    response.info.message = "saved to " + file;
+    if (answer.num_cuboids == 0) {
+      response.info.message +=
+          "; the map is empty: no cloud has got into it, see the log or /diagnostics";
+      ROS_WARN_STREAM_NAMED(kNodeName, response.info.message);
+    }
+  }
+  response.cuboids = answer.num_cuboids;
+  response.bytes = answer.num_bytes;
+}
+
+void MapFiles::onLoad(const LoadMap::Request& request, LoadMap::Response& response) {
+  const std::string file = toAbsolute(request.filename);
+  const StorageAnswer answer = load(file, request);
+  logAnswer("loaded from", file, answer);
+  if (!answer.notes.empty()) ROS_WARN_STREAM_NAMED(kNodeName, file << ": " << answer.notes);
+  response.info = makeInfo(map_, frame_id_, answer.error);
+  if (answer.error.empty()) response.info.message = "loaded from " + file;
+  if (!answer.notes.empty()) response.info.message += "; " + answer.notes;
+  response.cuboids = answer.num_cuboids;
+}
+
+StorageAnswer MapFiles::load(const std::string& file, const LoadMap::Request& request) {
+  LoadPlacement placement;
+  placement.frame_id = frame_id_;
+  switch (request.rule) {
+    case LoadMap::Request::REPLACE: break;
+    case LoadMap::Request::SUM: placement.rule = MergeRule::kSum; break;
+    case LoadMap::Request::LATER: placement.rule = MergeRule::kLater; break;
+    case LoadMap::Request::OCCUPIED: placement.rule = MergeRule::kOccupied; break;
+    default:
+      StorageAnswer answer;
+      answer.error = "rule is " + std::to_string(request.rule) +
+                     ": use REPLACE (0), SUM (1), LATER (2) or OCCUPIED (3)";
+      return answer;
+  }
+  if (request.transform != geometry_msgs::Transform()) {
+    placement.T_map_file = toIsometry(request.transform);
+  }
+  return loadMap(map_, file, limits_, placement, progress_);
+}
+
+void MapFiles::autosave() {
+  map_.save();
+  auto state = stateOf(map_);
+  if (state == saved_) return;
+  std::string error = window_file_.empty() ? "" : trySaveLocks(window_file_);
+  const std::string of_autosave = autosave_file_.empty() ? "" : saveToAutosaveFile();
+  if (!error.empty() && !of_autosave.empty()) error += "; ";
+  error += of_autosave;
+  if (error.empty()) saved_ = std::move(state);
+  const std::lock_guard<std::mutex> lock(error_mutex_);
+  autosave_error_ = error;
+}
+
+std::string MapFiles::saveToAutosaveFile() {
+  chooseAutosaveFile();
+  const StorageAnswer answer = saveMap(map_, frame_id_, autosave_file_, limits_);
+  logAnswer("saved to", autosave_file_, answer);
+  if (!answer.error.empty()) return answer.error;
+  is_autosave_own_ = true;
+  return trySaveLocks(autosave_file_);
+}
+
+std::string MapFiles::trySaveLocks(const std::string& map_file) {
+  try {
+    saveLocks(map_, map_file);
+    return {};
+  } catch (const std::exception& exception) {
+    ROS_ERROR_STREAM_NAMED(kNodeName, "locked boxes not saved: " << exception.what());
+    return exception.what();
+  }
+}
+
+void MapFiles::chooseAutosaveFile() {
+  if (is_autosave_own_) return;
+  try {
+    if (!hasMap(autosave_file_)) return;
+  } catch (const MapFileError& error) {
+    ROS_WARN_STREAM_NAMED(kNodeName, error.what());
+  }
+  const std::string old = std::exchange(autosave_file_, nameBeside(autosave_file_));
+  ROS_WARN_STREAM_NAMED(kNodeName,
+                        old << " holds a map that this node has not read, and stays: saves go to "
+                            << autosave_file_
+                            << ". To go on with that map, start with resume: true and no "
+                               "map_file; to replace it, remove it before the start");
+}
+
+void MapFiles::announceAutosave() {
+  chooseAutosaveFile();
+  try {
+    if (!formatOfName(autosave_file_)) {
+      throw std::runtime_error(autosave_file_ + " must end in one of " + knownEndings());
+    }
+    checkReplaceable(followLinks(autosave_file_));
+  } catch (const std::exception& exception) {
+    autosave_error_ = exception.what();
+    ROS_ERROR_STREAM_NAMED(kNodeName,
+                           "the map cannot be saved to autosave_file: " << exception.what());
+  }
+}
+
+void MapFiles::report(NodeReport& report) {
+  const std::lock_guard<std::mutex> lock(error_mutex_);
+  report.autosave_error = autosave_error_;
+}
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/fleet/robots_feature.h"
+
+#include "cuboid_mapping/ros/middleware/tf_lookup.h"
+
+#include <cstdint>
+
+namespace cuboid_mapping_ros {
+
+RobotsFeature::RobotsFeature(const MapHost& host)
+    : host_(host),
+      merging_thread_(host.guard, "merging"),
+      asking_threads_(host.guard, "asking robots",
+                      static_cast<std::uint32_t>(host.parameters.fleet.robots.size()) + 1) {
+  RobotMerger::Callbacks callbacks;
+  callbacks.is_paused = [&host] { return host.is_paused.load(); };
+  callbacks.note = [&host](const RobotObservation& observation, bool is_in_map) {
+    std_msgs::Header header;
+    header.frame_id = withoutSlash(host.parameters.frame_id);
+    header.stamp = stampOf(observation);
+    if (!host.note_received(header)) return;
+    const MappedCloud cloud{0,
+                            header.stamp,
+                            Eigen::Vector3d::Zero(),
+                            observation.sensor_model,
+                            observation.update,
+                            observation.update};
+    host.note_mapped(is_in_map ? &cloud : nullptr);
+  };
+  merger_.emplace(withQueue(host.nh, merging_thread_.queue()),
+                  withQueue(host.nh, asking_threads_.queue()), host.parameters, host.map,
+                  std::move(callbacks));
+}
+
+RobotsFeature::~RobotsFeature() { stop(); }
+
+void RobotsFeature::start() {
+  merging_thread_.start();
+  asking_threads_.start();
+}
+
+void RobotsFeature::stop() noexcept {
+  merger_->stopAsking();
+  merging_thread_.stop();  // It tells the other features of observations.
+  asking_threads_.stop();
+}
+
+void RobotsFeature::report(NodeReport& report) {
+  report.cloud_topic = merger_->topics();
+  report.num_publishers = merger_->numPublishers();
+}
+
+void RobotsFeature::addStatus(diagnostic_updater::Updater& diagnostics) {
+  diagnostics.add("merging", &*merger_, &RobotMerger::report);
+}
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/forgetting/forgetting_feature.h"
+
+#include "cuboid_mapping/ros/parameters/parameter_table.h"
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using P = NodeParameters;
+using S = SourceParameters;
+
+}  // namespace
+
+std::vector<ParameterDeclaration> ForgettingFeature::declare() {
+  return {
+      {"forget_after", "s", number(&S::forget_after_s, 0.0, 1e6),
+       "Voxels that no cloud has observed for this long become unknown. Time is that of the "
+       "stamps, per block of 8 x 8 x 8 voxels. Each source can have its own time; a block stays "
+       "while one source remembers it. Locked boxes stay. Voxels from files and edits stay until a "
+       "cloud observes them. 0: never."},
+      {"forget_class", "",
+       choice<ForgetClass>(&P::forget_class, {{"all", ForgetClass::kAll},
+                                              {"occupied", ForgetClass::kOccupied},
+                                              {"free", ForgetClass::kFree}}),
+       "Class of voxels that forget_after forgets. all: both. occupied: obstacles only; free space "
+       "stays. free: free space only; obstacles stay."},
+      {"forget_to", "",
+       choice<ForgetTo>(&P::forget_to,
+                        {{"unknown", ForgetTo::kUnknown}, {"seen_once", ForgetTo::kSeenOnce}}),
+       "State of forgotten voxels. unknown: unknown. seen_once: they keep their class, as if seen "
+       "once, and the next cloud can change it."},
+  };
+}
+
+}  // namespace cuboid_mapping_ros

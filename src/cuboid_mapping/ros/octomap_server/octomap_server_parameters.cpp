@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/octomap_server/octomap_server_feature.h"
+
+#include "cuboid_mapping/ros/parameters/parameter_table.h"
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using O = OctomapServerParameters;
+using P = NodeParameters;
+
+std::vector<ParameterDeclaration> declareProducts() {
+  return {
+      {"occupancy_min_z", "m", number({&P::octomap_server, &O::occupancy_min_z_m}),
+       "Cells below this height are left out of octomap_server's markers, points and "
+       "projected_map."},
+      {"occupancy_max_z", "m", number({&P::octomap_server, &O::occupancy_max_z_m}),
+       "Cells above this height are left out of octomap_server's markers, points and "
+       "projected_map."},
+      {"min_x_size", "m", number({&P::octomap_server, &O::min_x_size_m}, 0.0, 1e4),
+       "Minimum extent of projected_map along x, centred on the origin."},
+      {"min_y_size", "m", number({&P::octomap_server, &O::min_y_size_m}, 0.0, 1e4),
+       "Minimum extent of projected_map along y, centred on the origin."},
+      {"projected_map_memory", "MB", integer({&P::octomap_server, &O::max_projection_mb}, 1, 1000),
+       "Maximum size of projected_map, one byte per cell. A larger grid leaves out the cells "
+       "farthest from the rest, such as a stray return; the log says where they are."},
+      {"filter_speckles", "", boolean({&P::octomap_server, &O::filter_speckles}),
+       "true: occupied voxels without an occupied neighbour (of 26) are left out of "
+       "octomap_server's markers, points and projected_map."},
+      {"publish_free_space", "", boolean({&P::octomap_server, &O::publish_free_space}),
+       "true: free_cells_vis_array is published. free_cuboids is always published."},
+  };
+}
+
+/// The channels of a colour.
+std::vector<ParameterDeclaration> declareColor(const std::string& key,
+                                               std::array<double, 4> O::*color,
+                                               const std::string& what) {
+  const std::array<const char*, 4> names{"Red of ", "Green of ", "Blue of ", "Opacity of "};
+  std::vector<ParameterDeclaration> table;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const Field<double> field([=](P& p) -> double& { return (p.octomap_server.*color)[i]; }, false);
+    table.push_back({key + '/' + "rgba"[i], "", number(field, 0.0, 1.0), names[i] + what});
+  }
+  return table;
+}
+
+std::vector<ParameterDeclaration> declareColors() {
+  return {
+      {"height_map", "", boolean({&P::octomap_server, &O::is_height_map}),
+       "true: occupied_cells_vis_array is coloured by height."},
+      {"color_factor", "", number({&P::octomap_server, &O::color_factor}, 0.0, 1.0),
+       "Part of the colour circle over the height of the map, with height_map."},
+  };
+}
+
+}  // namespace
+
+std::vector<ParameterDeclaration> OctomapServerFeature::declare() {
+  std::vector<ParameterDeclaration> table = declareProducts();
+  for (const auto& part :
+       {declareColors(),
+        declareColor("color", &O::color, "occupied_cells_vis_array, without height_map."),
+        declareColor("color_free", &O::color_free, "free_cells_vis_array.")}) {
+    table.insert(table.end(), part.begin(), part.end());
+  }
+  return table;
+}
+
+std::vector<ParameterError> OctomapServerFeature::check(const LoadedParameters& loaded) {
+  const O& octomap_server = loaded.parameters.octomap_server;
+  std::vector<ParameterError> errors;
+  checkOrder(loaded, "occupancy_min_z", octomap_server.occupancy_min_z_m, "occupancy_max_z",
+             octomap_server.occupancy_max_z_m, errors);
+  return errors;
+}
+
+}  // namespace cuboid_mapping_ros

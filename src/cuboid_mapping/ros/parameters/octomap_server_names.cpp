@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/io/text.h"
+#include "cuboid_mapping/ros/parameters/parameter_table.h"
+
+#include <set>
+
+namespace cuboid_mapping_ros {
+
+bool isOfOctomapServer(const std::string& key) {
+  static const std::vector<std::string> kNames = wordsOf(
+      "frame_id base_frame_id resolution latch map_file filter_ground ground_filter/distance "
+      "ground_filter/angle ground_filter/plane_distance sensor_model/hit sensor_model/miss "
+      "sensor_model/min sensor_model/max sensor_model/min_range sensor_model/max_range "
+      "occupancy_min_z occupancy_max_z min_x_size min_y_size projected_map_memory "
+      "filter_speckles publish_free_space height_map color_factor color/r color/g color/b color/a "
+      "color_free/r color_free/g color_free/b color_free/a");
+  static const std::set<std::string> kTheirs(kNames.begin(), kNames.end());
+  return kTheirs.count(key) > 0 || key.rfind("pointcloud_", 0) == 0;
+}
+
+const std::map<std::string, std::string>& octomapServerOnly() {
+  static const std::string kChanges = "changes are published on cuboid_map_updates";
+  static const std::map<std::string, std::string> kNames = {
+      {"track_changes", kChanges},
+      {"listen_changes", kChanges},
+      {"topic_changes", kChanges},
+      {"change_id_frame", kChanges},
+      {"min_change_pub", kChanges},
+      {"incremental_2D_projection", "projected_map is always updated incrementally"},
+      {"max_depth", "cells of all sizes are shown"},
+      {"compress_map", "octrees are always pruned"},
+      {"colored_map", "cells have no colours in this map"},
+  };
+  return kNames;
+}
+
+std::vector<ParameterDeclaration> declareGround() {
+  using O = OctomapServerParameters;
+  using P = NodeParameters;
+  using S = SourceParameters;
+  return {
+      {"base_frame_id", "", frame({&P::octomap_server, &O::base_frame_id}, false),
+       "Frame of the robot with z = 0 on the ground. Only used with filter_ground."},
+      {"filter_ground", "", boolean(&S::filter_ground),
+       "true: points on the ground are no obstacles, but their beams clear space."},
+      {"ground_filter/distance", "m",
+       number({&S::ground_filter, &GroundFilterConfig::distance_m}, 0.001, 1.0),
+       "Points closer to the ground plane than this belong to the ground."},
+      {"ground_filter/angle", "rad",
+       number({&S::ground_filter, &GroundFilterConfig::angle_rad}, 0.001, 15.0),
+       "Largest angle between the ground plane and the xy plane of base_frame_id."},
+      {"ground_filter/plane_distance", "m",
+       number({&S::ground_filter, &GroundFilterConfig::plane_distance_m}, 0.001, 1.0),
+       "Largest height of the ground plane above or below z = 0 of base_frame_id."},
+  };
+}
+
+}  // namespace cuboid_mapping_ros

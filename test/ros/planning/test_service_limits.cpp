@@ -1,0 +1,286 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Every answer keeps within the limits, and reports omissions.
+#include "cuboid_mapping/ros/edits/map_edits.h"
+#include "cuboid_mapping/ros/planning/planner_services.h"
+
+#include "ros/map_in_frame.h"
+
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <thread>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using cuboid_mapping::CastRays;
+using cuboid_mapping::CheckBoxes;
+using cuboid_mapping::CheckPath;
+using cuboid_mapping::CuboidMap;
+using cuboid_mapping::FindCorridor;
+using cuboid_mapping::FindNearest;
+using cuboid_mapping::FindNearestFree;
+using cuboid_mapping::GetCuboids;
+using cuboid_mapping::GetFreeGraph;
+using cuboid_mapping::QueryBox;
+using cuboid_mapping::SetBox;
+
+class ServiceLimitsTest : public test::MapInFrameTest {
+ protected:
+  MapInFrame with(const ServiceLimits& limits) { return {map_, "map", tf_, limits, &is_stopped_}; }
+  MapInFrame withBricks(int max_bricks) {
+    ServiceLimits limits;
+    limits.max_bricks = max_bricks;
+    return with(limits);
+  }
+  MapInFrame withEntries(int max_entries) {
+    ServiceLimits limits;
+    limits.max_entries = max_entries;
+    return with(limits);
+  }
+
+  /// The first entry is small, the second would take for ever.
+  static CheckBoxes::Request makeBoxes() {
+    CheckBoxes::Request request;
+    request.boxes = {box({0.1, 0.1, 0.1}, {0.2, 0.2, 0.2}), box({0.1, 0.1, 0.1}, {1.9, 0.9, 0.9}),
+                     box({0.1, 0.1, 0.1}, {0.2, 0.2, 0.2})};
+    return request;
+  }
+
+  std::atomic<bool> is_stopped_{false};
+};
+
+template <typename ResponseT>
+void expectCut(const ResponseT& response, const std::string& parameter) {
+  const auto info = test::infoOf(response);
+  EXPECT_TRUE(info.success);
+  EXPECT_TRUE(info.truncated);
+  EXPECT_NE(info.message.find(parameter), std::string::npos) << "says: " << info.message;
+}
+
+TEST_F(ServiceLimitsTest, LeaveBoxesBlockedThatAreNotAnswered) {
+  const auto whole = answer<CheckBoxes>(in_frame_, makeBoxes());
+  EXPECT_FALSE(whole.info.truncated);
+  EXPECT_EQ(whole.info.answered, 3U);
+  EXPECT_EQ(whole.info.message, "");
+  EXPECT_EQ(whole.blocked, (std::vector<std::uint8_t>{0, 1, 0}));
+  const auto cut = answer<CheckBoxes>(withBricks(6), makeBoxes());
+  expectCut(cut, "query/max_bricks");
+  EXPECT_NE(cut.info.message.find("1 of 3 boxes"), std::string::npos);
+  EXPECT_EQ(cut.info.answered, 1U);
+  EXPECT_EQ(cut.blocked, (std::vector<std::uint8_t>{0, 1, 1}));
+  EXPECT_EQ(cut.occupancy[2], CheckBoxes::Response::UNKNOWN);
+  EXPECT_TRUE(std::isnan(cut.max_probability[2]));
+}
+
+TEST_F(ServiceLimitsTest, LeavePathsBlockedThatAreNotAnswered) {
+  CheckPath::Request request;
+  request.waypoints = {point(0.5, 0.5, 0.5), point(-5000, 0, 0), point(0.5, 0.5, 0.5)};
+  request.lengths = {1, 1, 1};
+  request.size = vector(0.1, 0.1, 0.1);
+  const auto modest = answer<CheckPath>(in_frame_, request);
+  EXPECT_EQ(modest.info.answered, 3U);
+  request.inflation = 4000.0;  // A box of 8 km.
+  request.unknown = CheckPath::Request::UNKNOWN_FREE;
+  request.waypoints = {point(-5000, 0, 0), point(0.5, 0.5, 0.5)};
+  request.lengths = {1, 1};
+  const auto cut = answer<CheckPath>(withBricks(100000), request);
+  expectCut(cut, "query/max_bricks");
+  EXPECT_NE(cut.info.message.find("for less at once"), std::string::npos);
+  EXPECT_EQ(cut.info.answered, 0U);
+  EXPECT_EQ(cut.free, (std::vector<std::uint8_t>{0, 0}));
+  EXPECT_EQ(cut.occupancy[0], CheckPath::Response::UNKNOWN);
+  EXPECT_EQ(cut.point.size(), 2U);
+}
+
+TEST_F(ServiceLimitsTest, LetRaysEndAtOnceThatAreNotAnswered) {
+  CastRays::Request request;
+  request.origins = {point(0.5, 0.5, 0.5), point(0.5, 0.5, 0.5)};
+  request.directions = {vector(1, 0, 0), vector(1, 0, 0)};
+  request.max_range = 5e7;
+  request.unknown = CastRays::Request::UNKNOWN_FREE;
+  EXPECT_EQ(answer<CastRays>(in_frame_, request).info.answered, 2U)
+      << "what is outside is passed at once";
+  request.inflation = 100.0;
+  const auto cut = answer<CastRays>(withBricks(100000), request);
+  expectCut(cut, "query/max_bricks");
+  EXPECT_EQ(cut.info.answered, 0U);
+  EXPECT_EQ(cut.end, (std::vector<std::uint8_t>(2, CastRays::Request::END_UNKNOWN)));
+  EXPECT_EQ(cut.distance, (std::vector<double>{0.0, 0.0}));
+}
+
+TEST_F(ServiceLimitsTest, TellNearestCuboidsOfWholePointsOnly) {
+  FindNearest::Request request;
+  request.points = {point(0.5, 0.5, 0.5), point(1.5, 0.5, 0.5)};
+  request.classes = FindNearest::Request::ALL;
+  request.k = 3;
+  const auto whole = answer<FindNearest>(in_frame_, request);
+  EXPECT_EQ(whole.counts, (std::vector<std::uint32_t>{3, 3}));
+  const auto cut = answer<FindNearest>(withEntries(5), request);
+  expectCut(cut, "query/max_entries");
+  EXPECT_EQ(cut.info.answered, 1U);
+  EXPECT_EQ(cut.counts, (std::vector<std::uint32_t>{3}));
+  EXPECT_EQ(cut.distance.size(), 3U);
+  request.k = 0xFFFFFFFFU;
+  EXPECT_TRUE(answer<FindNearest>(withEntries(5), request).info.truncated);
+  EXPECT_FALSE(answer<FindNearest>(in_frame_, request).info.truncated) << "there are not so many";
+}
+
+TEST_F(ServiceLimitsTest, TellOfPlacesThatWereNotSearchedThatNoneIsFound) {
+  FindNearestFree::Request request;
+  request.points = {point(0.5, 0.5, 0.5), point(-1000, 0, 0)};
+  request.size = vector(0.3, 0.3, 0.3);
+  request.max_distance = 500.0;
+  const auto cut = answer<FindNearestFree>(withBricks(100000), request);
+  expectCut(cut, "query/max_bricks");
+  EXPECT_EQ(cut.info.answered, 1U);
+  EXPECT_EQ(cut.found, (std::vector<std::uint8_t>{1, 0}));
+  EXPECT_TRUE(std::isinf(cut.distance[1]));
+}
+
+TEST_F(ServiceLimitsTest, CutCuboidsAndGraphs) {
+  GetCuboids::Request cuboids;
+  cuboids.everything = true;
+  cuboids.classes = GetCuboids::Request::ALL;
+  const std::size_t num_all = answer<GetCuboids>(in_frame_, cuboids).cuboids.size();
+  const auto few = answer<GetCuboids>(withEntries(3), cuboids);
+  expectCut(few, "query/max_entries");
+  EXPECT_NE(few.info.message.find("smaller region"), std::string::npos);
+  EXPECT_EQ(few.cuboids.size(), 3U);
+  cuboids.limit = 2;
+  const auto asked = answer<GetCuboids>(withEntries(3), cuboids);
+  expectCut(asked, "more cuboids than limit");
+  EXPECT_EQ(asked.cuboids.size(), 2U);
+  cuboids.limit = 0;
+  EXPECT_FALSE(answer<GetCuboids>(withEntries(static_cast<int>(num_all)), cuboids).info.truncated);
+
+  GetFreeGraph::Request graph;
+  graph.region = box({0, 0, 0}, {2, 1, 1});
+  EXPECT_FALSE(answer<GetFreeGraph>(in_frame_, graph).info.truncated);
+  expectCut(answer<GetFreeGraph>(withEntries(4), graph), "query/max_entries");
+}
+
+TEST_F(ServiceLimitsTest, CutTheCuboidsOfABox) {
+  QueryBox::Request request;
+  request.min = point(0, 0, 0);
+  request.max = point(2, 1, 1);
+  request.cuboids = QueryBox::Request::CUBOIDS_ALL;
+  EXPECT_FALSE(answer<QueryBox>(in_frame_, request).truncated);
+  const QueryBox::Response cut = answer<QueryBox>(withEntries(2), request);
+  expectCut(cut, "query/max_entries");
+  EXPECT_LE(cut.cuboids.size(), 2U);
+  EXPECT_NEAR(cut.free_volume, 1.93, 1e-9) << "volumes were looked at before";
+  const QueryBox::Response nothing = answer<QueryBox>(withBricks(1), request);
+  EXPECT_EQ(nothing.occupancy, QueryBox::Response::UNKNOWN);
+  expectCut(nothing, "query/max_bricks");
+}
+
+TEST_F(ServiceLimitsTest, EndTheSearchForACorridor) {
+  FindCorridor::Request request;
+  request.start = point(0.5, 0.5, 0.5);
+  request.goal = point(1.5, 0.5, 0.5);
+  request.size = vector(0.3, 0.3, 0.3);
+  EXPECT_EQ(answer<FindCorridor>(in_frame_, request).result, FindCorridor::Response::FOUND);
+  const auto cut = answer<FindCorridor>(withBricks(30), request);
+  expectCut(cut, "query/max_bricks");
+  EXPECT_EQ(cut.result, FindCorridor::Response::TIME_LIMIT);
+}
+
+TEST_F(ServiceLimitsTest, RefuseRequestsWithTooManyEntries) {
+  const MapInFrame map = withEntries(2);
+  expectRefusal(answer<CheckBoxes>(map, makeBoxes()), "3 boxes in one request: at most 2");
+  CheckPath::Request path;
+  path.waypoints.resize(3);
+  path.size = vector(1, 1, 1);
+  expectRefusal(answer<CheckPath>(map, path), "3 waypoints");
+  CastRays::Request rays;
+  rays.max_range = 1.0;
+  rays.origins.resize(3);
+  expectRefusal(answer<CastRays>(map, rays), "3 rays");
+  FindNearest::Request nearest;
+  nearest.classes = FindNearest::Request::ALL;
+  nearest.points.resize(3);
+  expectRefusal(answer<FindNearest>(map, nearest), "3 points");
+  FindNearestFree::Request places;
+  places.points.resize(3);
+  expectRefusal(answer<FindNearestFree>(map, places), "3 points");
+  SetBox::Request boxes;
+  boxes.boxes.resize(3);
+  expectRefusal(answer<SetBox>(map, boxes), "3 boxes");
+}
+
+TEST_F(ServiceLimitsTest, BoundTheBytesOfAnAnswerToo) {
+  ServiceLimits limits;
+  limits.max_answer_mb = 1;
+  EXPECT_EQ(maxEntries(limits, 53), 18867U);
+  limits.max_answer_mb = 900;
+  EXPECT_EQ(maxEntries(limits, 53), 1000000U);
+}
+
+TEST_F(ServiceLimitsTest, SayThatTheNodeStops) {
+  is_stopped_ = true;
+  expectCut(answer<CheckBoxes>(with({}), makeBoxes()), "the node stops");
+}
+
+TEST_F(ServiceLimitsTest, RefuseToSetPlatesAndRodsOfTooManyBricks) {
+  SetBox::Request request;
+  request.occupancy = SetBox::Request::OCCUPIED;
+  request.boxes = {box({0, 0, 0}, {5000, 5000, 0.1})};  // 2.5e9 voxels, one thick.
+  expectRefusal(answer<SetBox>(in_frame_, request), "bricks");
+  request.boxes = {box({0, 0, 0}, {3000000, 0.1, 0.1})};  // 3e7 voxels: 3.75e6 bricks.
+  expectRefusal(answer<SetBox>(in_frame_, request), "bricks");
+}
+
+TEST_F(ServiceLimitsTest, LetCloudsInWhileALargeBoxIsSet) {
+  SetBox::Request request;
+  request.occupancy = SetBox::Request::OCCUPIED;
+  request.lock = true;
+  request.boxes = {box({10.3, 0.3, 0.3}, {40.1, 29.7, 20.2})};  // Not aligned to bricks.
+  std::uint64_t first_revision = 0;
+  std::uint64_t num_between = 0;
+  std::atomic<bool> is_done{false};
+  std::thread clouds([&] {
+    while (!is_done) {
+      map_.edit([&](CuboidMap& map, const ros::Time&) {
+        if (first_revision == 0) first_revision = map.revision();
+        num_between += map.revision() > first_revision ? 1 : 0;
+        return cuboid_mapping::ChangeSet{map.revision(), false, {}};
+      });
+    }
+  });
+  const auto response = answer<SetBox>(in_frame_, request);
+  is_done = true;
+  clouds.join();
+  EXPECT_TRUE(response.info.success) << response.info.message;
+  EXPECT_FALSE(response.info.truncated);
+  EXPECT_EQ(response.info.answered, 1U);
+  EXPECT_GT(response.info.revision, 10U) << "in parts";
+  map_.read([&](const CuboidMap& map, const ros::Time&) {
+    EXPECT_EQ(map.voxels().numOccupiedVoxels(), 70.0 + 298.0 * 294.0 * 199.0);
+    EXPECT_EQ(map.lockedBoxes().size(), 1U);
+    return 0;
+  });
+}
+
+TEST_F(ServiceLimitsTest, LetChangesInWhileALongQueryRuns) {
+  cuboid_mapping::QueryLimits limits;
+  limits.time_s = 30.0;  // In case nothing changes.
+  std::atomic<bool> is_begun{false};
+  std::thread cloud([&] {
+    while (!is_begun) std::this_thread::yield();
+    map_.change(ros::Time(8.0), [](CuboidMap& map) { return map.clear(); });
+  });
+  map_.readInTurns(limits, nullptr,
+                   [&](const CuboidMap& map, const ros::Time& stamp, auto& budget) {
+                     const std::uint64_t revision = map.revision();
+                     is_begun = true;
+                     while (map.revision() == revision && budget.spendAndYield()) {
+                     }
+                     EXPECT_GT(map.revision(), revision);
+                     EXPECT_EQ(stamp, ros::Time(7.0)) << "of the beginning";
+                   });
+  cloud.join();
+}
+
+}  // namespace
+}  // namespace cuboid_mapping_ros
