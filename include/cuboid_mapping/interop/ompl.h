@@ -21,6 +21,7 @@ struct OmplRobot {
   Eigen::Vector3d size_m;  ///< Edges, > 0.
   UnknownPolicy policy;    ///< Meaning of unknown space.
 
+  /// A robot with these edges in a map.
   OmplRobot(const CuboidMap& in_map, const Eigen::Vector3d& edges_m, UnknownPolicy unknown)
       : map(in_map), size_m(edges_m), policy(unknown) {}
 
