@@ -163,9 +163,9 @@ class InstallSpaceTest(unittest.TestCase):
         paths = [path for path in os.environ.get('CMAKE_PREFIX_PATH', '').split(':') if path and pathlib.Path(path) != DEVEL]
         environment = {**self.environment, 'CMAKE_PREFIX_PATH': ':'.join(paths),
                        'ROS_LANG_DISABLE': 'genlisp:geneus:gennodejs'}  # As scripts/build.
-        output = run('catkin_make_isolated', '--install', '--install-space', space, '--cmake-args', '-DCUBOID_MAPPING_NODE=OFF',
+        output = run('catkin_make_isolated', '-C', workspace, '--install', '--install-space', space, '--cmake-args', '-DCUBOID_MAPPING_NODE=OFF',
                      '-DBUILD_SHARED_LIBS=OFF', '-DCUBOID_MAPPING_PYTHON=OFF', '-DCATKIN_ENABLE_TESTING=OFF', *QUICKLY,
-                     f'-DPYTHON_EXECUTABLE={sys.executable}', *absent, cwd=workspace, env=environment)
+                     f'-DPYTHON_EXECUTABLE={sys.executable}', *absent, env=environment)
         self.assertIn('cuboid_mapping: libraries core no_return io client', output)
         self.assertEqual(list(space.glob('lib/*.so')), [])
         self.assertTrue((space / 'include' / PACKAGE / 'QueryBox.h').is_file())
