@@ -24,7 +24,10 @@ namespace cuboid_mapping {
 ///     beams of a bin do: then walkRay() takes that beam through it, whatever the rounding. If there is only a
 ///     beam nearer to a border, or one whose order of two borders is that close, walkRay() takes this beam. Its
 ///     columns are marked by itself, so that it need not be known which they are.
-///   - The slab where a beam ends is not of this class, and beams that end near a border are in no face.
+///   - A beam is in the face of its longest axis only, so that it crosses at most one border of each other axis
+///     in a slab. One with a slope of 1 may cross one just at a plane, which is near a border.
+///   - What a beam passes in its last slab is up to CloudFaces, which puts no beam that ends near a border into a
+///     face.
 ///   - An origin on a border is near it at plane 0, or in slab 0. Neither matters farther out.
 class ColumnWalk {
  public:
