@@ -138,6 +138,12 @@ TEST(CallbackGuard, NodeHandlesAreMadeOfOthersOnly) {
             Files{"cuboid_map_client.h"});
 }
 
+/// Wall time jumps, for example when a robot without a battery for its clock gets the time of the network.
+TEST(CallbackGuard, NoIntervalIsMeasuredInWallTime) {
+  EXPECT_EQ(filesWith("WallTime::now"), (Files{"map_publisher.cpp", "observation_publisher.cpp"}))
+      << "numbers of sessions";
+}
+
 TEST(CallbackGuard, ThreadsAreGuarded) {
   EXPECT_EQ(filesWith(R"(AsyncSpinner|MultiThreadedSpinner)"), Files{"callback_guard.h"});
   EXPECT_EQ(filesWith(R"(std::thread [a-z]|std::thread\(|std::async|boost::thread)"), Files{});
