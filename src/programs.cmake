@@ -16,14 +16,15 @@ add_library(cuboid_mapping_map_tools STATIC
   tools/box_output.cpp
   tools/map_comparison.cpp
   tools/map_content.cpp
-  tools/map_picture.cpp
-  tools/picture_cells.cpp
-  tools/picture_legend.cpp)
+  tools/pictures/map_picture.cpp
+  tools/pictures/picture_cells.cpp
+  tools/pictures/picture_legend.cpp)
 cuboid_mapping_configure(cuboid_mapping_map_tools)
 target_include_directories(cuboid_mapping_map_tools PUBLIC tools)
 target_link_libraries(cuboid_mapping_map_tools PUBLIC cuboid_mapping::io PRIVATE PNG::PNG)
-foreach(target map_compare map_convert map_info map_merge map_render)
-  add_executable(${target} tools/${target}.cpp)
+foreach(source map_compare map_convert map_info map_merge pictures/map_render)
+  get_filename_component(target ${source} NAME)
+  add_executable(${target} tools/${source}.cpp)
   cuboid_mapping_configure(${target})
   target_link_libraries(${target} PRIVATE cuboid_mapping_map_tools cuboid_mapping_command_line)
 endforeach()
@@ -34,7 +35,7 @@ endif()
 cuboid_mapping_install_programs(map_compare map_convert map_info map_merge map_render)
 
 # A map without ROS and without a data set.
-add_executable(simulated_map tools/simulated_map.cpp)
+add_executable(simulated_map tools/simulation/simulated_map.cpp)
 cuboid_mapping_configure(simulated_map)
 target_link_libraries(simulated_map PRIVATE cuboid_mapping::io cuboid_mapping_simulation cuboid_mapping_command_line)
 cuboid_mapping_install_programs(simulated_map)
@@ -50,10 +51,10 @@ target_include_directories(cuboid_mapping_scan_messages SYSTEM PUBLIC ${catkin_I
 target_link_libraries(cuboid_mapping_scan_messages PUBLIC cuboid_mapping::scans ${roscpp_LIBRARIES})
 add_executable(simulated_lidar
   tools/bag_output.cpp
-  tools/simulated_drive.cpp
-  tools/simulated_lidar.cpp
-  tools/simulated_lidar_node.cpp
-  tools/simulated_sensors.cpp)
+  tools/simulation/simulated_drive.cpp
+  tools/simulation/simulated_lidar.cpp
+  tools/simulation/simulated_lidar_node.cpp
+  tools/simulation/simulated_sensors.cpp)
 add_executable(scans_to_bag
   tools/bag_output.cpp
   tools/scans_to_bag.cpp)
@@ -100,12 +101,12 @@ if(cuboid_mapping_has_extras)
 endif()
 if(MPI_C_FOUND)
   add_executable(bag_to_map_mpi
-    tools/bag_to_map_mpi.cpp
-    tools/brick_owner.cpp
-    tools/cloud_parts.cpp
-    tools/mpi_checkpoint.cpp
-    tools/mpi_output.cpp
-    tools/mpi_ranks.cpp)
+    tools/mpi/bag_to_map_mpi.cpp
+    tools/mpi/brick_owner.cpp
+    tools/mpi/cloud_parts.cpp
+    tools/mpi/mpi_checkpoint.cpp
+    tools/mpi/mpi_output.cpp
+    tools/mpi/mpi_ranks.cpp)
   cuboid_mapping_configure(bag_to_map_mpi)
   target_compile_definitions(bag_to_map_mpi PRIVATE OMPI_SKIP_MPICXX)  # Its C++ interface is none of MPI 3.
   target_link_libraries(bag_to_map_mpi PRIVATE cuboid_mapping_bag_clouds nlohmann_json::nlohmann_json MPI::MPI_C)

@@ -4,8 +4,8 @@
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/map/map_edit.h"
 #include "map_comparison.h"
-#include "map_picture.h"
-#include "picture_legend.h"
+#include "pictures/map_picture.h"
+#include "pictures/picture_legend.h"
 #include "support/snapshots.h"
 #include "tools/run_program.h"
 

@@ -2,7 +2,7 @@
 // A lidar at 10 Hz, a planar laser at 20 Hz and a depth camera at 30 Hz, in real time: every message is counted by
 // source and outcome.
 #include "ros/node_probe.h"
-#include "simulated_sensors.h"
+#include "simulation/simulated_sensors.h"
 
 #include <tf2_msgs/TFMessage.h>
 

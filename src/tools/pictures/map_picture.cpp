@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "map_picture.h"
+#include "pictures/map_picture.h"
 
-#include "picture_cells.h"
+#include "pictures/picture_cells.h"
 
 #include "cuboid_mapping/map/cuboid_search.h"
 #include "cuboid_mapping/parallel/parallel_for.h"

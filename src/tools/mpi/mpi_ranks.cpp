@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "mpi_ranks.h"
+#include "mpi/mpi_ranks.h"
 
 #include <mpi.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "picture_legend.h"
+#include "pictures/picture_legend.h"
 
 #include <algorithm>
 #include <array>

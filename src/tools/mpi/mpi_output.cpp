@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "mpi_output.h"
+#include "mpi/mpi_output.h"
 
 #include "command_line.h"
 #include "cuboid_mapping/io/byte_stream.h"

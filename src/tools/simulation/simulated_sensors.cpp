@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "simulated_sensors.h"
+#include "simulation/simulated_sensors.h"
 
 #include "transform_message.h"
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // bag_to_map on several processes and machines: mpirun -n N bag_to_map_mpi INPUT... -o FILE
 #include "bag_clouds.h"
-#include "brick_owner.h"
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/clouds/forgetting.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
-#include "mpi_checkpoint.h"
-#include "mpi_output.h"
+#include "mpi/brick_owner.h"
+#include "mpi/mpi_checkpoint.h"
+#include "mpi/mpi_output.h"
 #include "progress_bar.h"
 
 #include <sys/resource.h>

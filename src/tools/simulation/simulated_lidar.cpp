@@ -4,9 +4,9 @@
 #include "command_line.h"
 #include "cuboid_mapping/io/text.h"
 #include "progress_bar.h"
-#include "simulated_drive.h"
-#include "simulated_lidar_node.h"
-#include "simulated_sensors.h"
+#include "simulation/simulated_drive.h"
+#include "simulation/simulated_lidar_node.h"
+#include "simulation/simulated_sensors.h"
 #include "stamps.h"
 
 #include <ros/ros.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "simulated_lidar_node.h"
+#include "simulation/simulated_lidar_node.h"
 
 #include "simulation/path_follower.h"
 #include "simulation/range_check.h"

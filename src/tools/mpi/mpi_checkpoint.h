@@ -2,8 +2,8 @@
 #pragma once
 
 #include "bag_clouds.h"
-#include "brick_owner.h"
-#include "mpi_ranks.h"
+#include "mpi/brick_owner.h"
+#include "mpi/mpi_ranks.h"
 
 #include <chrono>
 #include <cstdint>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "simulated_drive.h"
+#include "simulation/simulated_drive.h"
 
 #include "simulation/range_check.h"
 #include "transform_message.h"

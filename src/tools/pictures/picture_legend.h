@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "map_picture.h"
+#include "pictures/map_picture.h"
 
 namespace cuboid_mapping {
 

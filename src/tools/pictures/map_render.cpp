@@ -4,9 +4,9 @@
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/map_files.h"
 #include "joined_lookup.h"
-#include "map_picture.h"
-#include "picture_cells.h"
-#include "picture_legend.h"
+#include "pictures/map_picture.h"
+#include "pictures/picture_cells.h"
+#include "pictures/picture_legend.h"
 #include "progress_bar.h"
 
 #include <algorithm>

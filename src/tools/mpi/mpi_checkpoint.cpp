@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "mpi_checkpoint.h"
+#include "mpi/mpi_checkpoint.h"
 
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/native_format.h"

@@ -3,7 +3,7 @@
 
 #include "cuboid_mapping/map/map_snapshot.h"
 #include "cuboid_mapping/voxels/voxel_store.h"
-#include "mpi_ranks.h"
+#include "mpi/mpi_ranks.h"
 
 #include <string>
 

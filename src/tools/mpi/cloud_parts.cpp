@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cloud_parts.h"
+#include "mpi/cloud_parts.h"
 
 #include "cuboid_mapping/io/byte_stream.h"
 

@@ -2,7 +2,7 @@
 // The cells whose edges a picture of a map shows.
 #pragma once
 
-#include "map_picture.h"
+#include "pictures/map_picture.h"
 
 namespace cuboid_mapping {
 

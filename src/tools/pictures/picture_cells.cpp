@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "picture_cells.h"
+#include "pictures/picture_cells.h"
 
 #include "joined_lookup.h"
 

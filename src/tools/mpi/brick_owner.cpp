@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "brick_owner.h"
+#include "mpi/brick_owner.h"
 
 #include "cuboid_mapping/voxels/brick_store.h"
 

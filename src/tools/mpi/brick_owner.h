@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cloud_parts.h"
 #include "cuboid_mapping/map/cuboid_map.h"
-#include "mpi_ranks.h"
+#include "mpi/cloud_parts.h"
+#include "mpi/mpi_ranks.h"
 
 #include <cstddef>
 #include <cstdint>
