@@ -17,9 +17,11 @@ constexpr std::uint32_t kMostPlanes = std::numeric_limits<std::int16_t>::max();
 /// Values behind those of a level, so that nodesThatReach() may load 64 from each.
 constexpr std::size_t kOverrun = 63;
 /// Bound of bins and columns that are counted.
-constexpr double kFar = 1 << 28;
+constexpr double kFarColumn = 1 << 28;
 
-int toInt(double number) { return static_cast<int>(std::min(std::max(number, -kFar), kFar)); }
+int toInt(double number) {
+  return static_cast<int>(std::min(std::max(number, -kFarColumn), kFarColumn));
+}
 
 }  // namespace
 
