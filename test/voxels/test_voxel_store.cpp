@@ -153,7 +153,7 @@ TEST(VoxelStore, knowsNothingAtFirst) {
 TEST(VoxelStore, keepsNoTraceOfBricksWithoutAnObservation) {
   VoxelStore store;
   EXPECT_TRUE(
-      apply(store, {{{0, 0, 0}, {}, {}, 0}, {{8, 0, 0}, {}, {}, 1}}, SensorModel(), 1).empty());
+      apply(store, {{{0, 0, 0}, {}, {}, {}}, {{8, 0, 0}, {}, {}, {}}}, SensorModel(), 1).empty());
   expectContent(store, {});
   EXPECT_TRUE(replace(store, brickBox({0, 0, 0}), {{{0, 0, 0}, {}}}).empty());
   EXPECT_TRUE(replace(store, {{-99, -99, -99}, {99, 99, 99}}, {}).empty());

@@ -64,6 +64,15 @@ std::optional<SearchStrategy> parseSearchStrategy(const std::string& text) {
   return SearchStrategy{Order::kFixed, *directions};
 }
 
+const char* toString(GrowthStarters starters) {
+  switch (starters) {
+    case GrowthStarters::kSampled: return "sampled";
+    case GrowthStarters::kEndPoints: return "end_points";
+    case GrowthStarters::kChanged: break;
+  }
+  return "changed";
+}
+
 const char* toString(GrowthStep step) {
   switch (step) {
     case GrowthStep::kCell: return "cell";
