@@ -169,6 +169,7 @@ std::vector<std::string> findTopics(const BagTopics& topics, const NodeParameter
 std::vector<std::string> makeNotes(const BagTopics& topics, const NodeParameters& parameters,
                                    const std::vector<std::string>& names) {
   std::vector<std::string> notes;
+  notes.reserve(names.size());
   for (const std::string& name : names) {
     notes.push_back("takes " + describeTopic(name, *topics.find(name)));
   }

@@ -55,8 +55,8 @@ class BagTransforms {
   void setFirstStatics();
 
   TfBuffer tf_{ros::Duration(1e6)};       // long enough for any bag
-  std::vector<StaticTransform> statics_;    ///< Static transforms in the order of their times.
-  std::size_t num_taken_ = 0;               ///< Number of static ones taken by advance().
+  std::vector<StaticTransform> statics_;  ///< Static transforms in the order of their times.
+  std::size_t num_taken_ = 0;             ///< Number of static ones taken by advance().
   std::vector<std::string> notes_;
 };
 

@@ -86,7 +86,7 @@ def test_the_configuration_is_that_of_the_stubs():
 def test_defaults_are_as_documented():
     texts = dict(re.findall(r"(\w+)=('\w+'|[\d.]+|inf)", cuboid_map.Mapper.__doc__))
     values = {key: float('inf') if text == 'inf' else ast.literal_eval(text) for key, text in texts.items()}
-    assert len(values) > 15
+    assert len(values) > 10
     explicit, default = cuboid_map.Mapper(**values), cuboid_map.Mapper()
     assert explicit.resolution == default.resolution
     for mapper in (explicit, default):

@@ -152,7 +152,7 @@ TEST_P(NodeFiles, GoOnWithTheMapOfTheRunBefore) {
 
 TEST_P(NodeFiles, AreSavedAtTheEndAlthoughALongCallRuns) {
   const std::string file = folder_ / "map.cuboids";
-  writeMapFile(file, makeBigMap(1, 24));
+  writeMapFile(file, makeBigMap(1, 44));
   const double num_before = countVoxels(file);
   start({"_autosave_file:=" + file, "_autosave_period:=86400"});
   setBox(-1);

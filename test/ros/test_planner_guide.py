@@ -119,14 +119,15 @@ class PlannerGuideTest(unittest.TestCase):
             self.assertIn('nobody serves /nobody/get_map: give the name of the node', done.stderr)
 
     def paste(self):
-        """Runs README's calls in a shell."""
-        calls = re.findall(r'^    (rosservice call .*)$', (ROOT / 'README.md').read_text(), re.MULTILINE)
+        """Runs the calls of README and the first guides in a shell."""
+        pages = [(ROOT / name).read_text().replace('\\\n', ' ') for name in ('README.md', 'doc/first_map.md', 'doc/plan.md')]
+        calls = [call for page in pages for call in re.findall(r'^    (rosservice call .*)$', page, re.MULTILINE)]
         with tempfile.TemporaryDirectory() as folder:
             said = self.run_program('bash', '-ec', '\n'.join(calls), cwd=folder)
             self.assertTrue((pathlib.Path(folder) / 'my.cuboids').is_file(), said)
         self.assertEqual(said.count('success: True'), len(calls), said)
         self.assertIn('unknown_volume', said)
-        self.assertGreaterEqual(len(calls), 3)
+        self.assertGreaterEqual(len(calls), 6)
 
 
 if __name__ == '__main__':

@@ -51,6 +51,17 @@ inline std::map<Cell, float> voxelsOf(const std::vector<VoxelBrick>& bricks) {
   return voxels;
 }
 
+/// Share of the voxels of the larger map that both know with the same class.
+inline double shareOfSameClasses(const MapSnapshot& a, const MapSnapshot& b) {
+  const std::map<Cell, float> of_a = voxelsOf(a.bricks);
+  const std::map<Cell, float> of_b = voxelsOf(b.bricks);
+  const auto num_same = std::count_if(of_a.begin(), of_a.end(), [&of_b](const auto& voxel) {
+    const auto other = of_b.find(voxel.first);
+    return other != of_b.end() && (other->second >= 0.0F) == (voxel.second >= 0.0F);
+  });
+  return static_cast<double>(num_same) / static_cast<double>(std::max(of_a.size(), of_b.size()));
+}
+
 /// The voxels of a map.
 inline std::map<Cell, float> voxelsOf(const CuboidMap& map) {
   return voxelsOf(takeSnapshot(map, "").bricks);

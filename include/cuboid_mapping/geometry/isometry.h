@@ -13,7 +13,7 @@
 namespace cuboid_mapping {
 
 /// Alignment of Eigen's types in bytes. The library defines that of its own flags.
-template <std::size_t kBytes>
+template <std::size_t Bytes>
 struct EigenAlignment {
   static const char kIsThatOfTheLibrary;  ///< Undefined for other flags.
 };

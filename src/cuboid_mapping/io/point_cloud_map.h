@@ -22,6 +22,7 @@ namespace cuboid_mapping {
                                             const SensorModelConfig& model);
 
 /// readPointCloudMap() for those who load the library while they run.
+// NOLINTNEXTLINE(readability-identifier-naming): a symbol of C, in the names of all libraries.
 extern "C" void cuboid_mapping_read_point_cloud_map(const std::string& file, double resolution_m,
                                                     const SensorModelConfig& model,
                                                     MapSnapshot& snapshot);

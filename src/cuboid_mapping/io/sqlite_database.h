@@ -71,7 +71,7 @@ class SqliteStatement {
   }
   [[nodiscard]] double real(int column) const { return sqlite3_column_double(statement_, column); }
   [[nodiscard]] std::string_view bytes(int column) const;  ///< @throws std::bad_alloc
-  ///@}
+                                                           ///@}
 
  private:
   void check(int code) const {

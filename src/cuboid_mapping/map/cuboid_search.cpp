@@ -32,8 +32,7 @@ CuboidCounts countCuboids(const CuboidMap& map) {
 
 TreeSize measureTree(const CuboidMap& map) {
   const InnerTree& inner = map.cuboids().inner();
-  return {inner.height(), map.voxels().size(), inner.size(),
-          inner.numBytes()};
+  return {inner.height(), map.voxels().size(), inner.size(), inner.numBytes()};
 }
 
 }  // namespace cuboid_mapping

@@ -110,9 +110,9 @@ CloudFaces::CloudFaces(const RayOrigin& origin, const Cell& base, double max_ran
     starts[axis] = static_cast<float>(start_[axis]);
     tiles[axis] = static_cast<float>(start_[axis] & ~7);
     origins[axis] = static_cast<float>(faces_[axis == 0 ? 2U : 0U].origin[axis == 2 ? 1U : 0U]);
-    up_depths[axis] = static_cast<float>(faces_[static_cast<std::size_t>(2 * axis)].first_depth);
+    up_depths[axis] = static_cast<float>(faces_[2 * static_cast<std::size_t>(axis)].first_depth);
     down_depths[axis] =
-        static_cast<float>(faces_[static_cast<std::size_t>(2 * axis + 1)].first_depth);
+        static_cast<float>(faces_[2 * static_cast<std::size_t>(axis) + 1].first_depth);
   }
   for (int i = 0; i < kSize; ++i) {
     const std::int32_t face = batch.faces[i];

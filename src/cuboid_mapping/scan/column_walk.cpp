@@ -62,8 +62,8 @@ void ColumnWalk::findColumns(int plane, PlaneColumns& crossed) {
   for (int y = first[1]; y <= last[1]; ++y) {
     for (int x = first[0]; x <= last[0]; ++x) {
       crossed.at(x, y) =
-          findInTile(plane, level, &columns[static_cast<std::size_t>(8 * (x - first[0]))],
-                     &rows[static_cast<std::size_t>(8 * (y - first[1]))], {x, y});
+          findInTile(plane, level, &columns[8 * static_cast<std::size_t>(x - first[0])],
+                     &rows[8 * static_cast<std::size_t>(y - first[1])], {x, y});
     }
   }
 }

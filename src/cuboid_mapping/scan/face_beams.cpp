@@ -142,8 +142,9 @@ void FaceBeams::sort(const Face& face, std::vector<FaceBeam>& beams) {
   bins.most_planes.assign(num_bins + kOverrun, 0);
   for (std::size_t i = 0; i < beams_.size(); ++i) {
     const FaceBeam& beam = beams_[i];
-    const auto bin = static_cast<std::size_t>(binOf(beam.slopes[1], 1) * bins.size[0] +
-                                              binOf(beam.slopes[0], 0));
+    const auto bin = static_cast<std::size_t>(binOf(beam.slopes[1], 1)) *
+                         static_cast<std::size_t>(bins.size[0]) +
+                     static_cast<std::size_t>(binOf(beam.slopes[0], 0));
     next_beams_[i] = first_beams_[bin];
     first_beams_[bin] = static_cast<std::uint32_t>(i);
     const auto planes = static_cast<std::int16_t>(std::min(beam.num_planes, kMostPlanes));

@@ -153,7 +153,7 @@ std::optional<RayQueryResult> see(const CuboidMap& map, const Camera& camera, co
   if (!seen.isFound()) return std::nullopt;
   const bool is_large = pixel_m > map.grid().resolution();
   if (is_large && seen->end != RayEnd::kOccupied) {
-    if (const auto below = seeBelow(map, ray.origin, pixel_m, camera.range_m)) return below;
+    if (auto below = seeBelow(map, ray.origin, pixel_m, camera.range_m)) return below;
   }
   return *seen;
 }
@@ -237,7 +237,7 @@ Picture renderMap(const CuboidMap& map, const Camera& camera, const PictureStyle
   Picture picture{size.width, size.height,
                   std::vector<std::uint8_t>(3 * size.width * size.height, 255)};
   const Lens lens(camera, {style.samples * size.width, style.samples * size.height});
-  const auto drawRay = [&](std::size_t x, std::size_t y) {
+  const auto draw_ray = [&](std::size_t x, std::size_t y) {
     const PixelRay ray = lens.rayOf(x, y);
     const auto height = static_cast<double>(size.height);
     const auto seen = see(map, camera, ray, camera.ortho_height_m / height);
@@ -250,7 +250,7 @@ Picture renderMap(const CuboidMap& map, const Camera& camera, const PictureStyle
   parallelFor(size.height, threads, [&](std::size_t y) {
     for (std::size_t x = 0; x < size.width; ++x) {
       const Rgb color = averageColor(style.samples, [&](std::size_t part_x, std::size_t part_y) {
-        return drawRay(style.samples * x + part_x, style.samples * y + part_y);
+        return draw_ray(style.samples * x + part_x, style.samples * y + part_y);
       });
       std::copy(color.begin(), color.end(), &picture.rgb[3 * (y * size.width + x)]);
     }

@@ -16,8 +16,8 @@ namespace {
 
 /// The aligned cube of voxels around a voxel, as octrees have it. @param edge  A power of two.
 CellBox alignedCube(const Cell& voxel, int edge) {
-  const auto floorTo = [edge](int cell) { return cell & ~(edge - 1); };
-  const Cell min{floorTo(voxel.x), floorTo(voxel.y), floorTo(voxel.z)};
+  const auto floor_to = [edge](int cell) { return cell & ~(edge - 1); };
+  const Cell min{floor_to(voxel.x), floor_to(voxel.y), floor_to(voxel.z)};
   return {min, min + Cell{edge, edge, edge}};
 }
 

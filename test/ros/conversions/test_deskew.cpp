@@ -238,9 +238,8 @@ class MovingSensor : public ::testing::Test {
   std::map<Cell, float> mapOf(const SensorMessage& message) {
     Source source(parameters_, parameters_.source);
     NodeStatistics statistics;
-    const PoseSearch search =
-        findPoses(tf_, PoseFrames(parameters_, parameters_.source), message.header(),
-                  readSlices(message, parameters_.source));
+    const PoseSearch search = findPoses(tf_, PoseFrames(parameters_, parameters_.source),
+                                        message.header(), readSlices(message, parameters_.source));
     EXPECT_TRUE(search.poses) << search.why;
     if (!search.poses) return {};
     const auto* update = source.pipeline.compute(message, *search.poses, statistics, error_);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The node: runs the nodelet in a process of its own, under the name of the node.
-#include "cuboid_mapping/ros/node/mapping_nodelet.h"
 #include "cuboid_mapping/ros/middleware/names.h"
+#include "cuboid_mapping/ros/node/mapping_nodelet.h"
 
 #include <nodelet/loader.h>
 #include <ros/init.h>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The report of a MappingNode in /diagnostics.
-#include "cuboid_mapping/ros/node/mapping_node.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
+#include "cuboid_mapping/ros/node/mapping_node.h"
 
 #include <ros/console.h>
 

@@ -4,8 +4,8 @@
 #include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/clouds/self_filter.h"
 #include "cuboid_mapping/ros/mapping/map_storage.h"
-#include "cuboid_mapping/ros/node/mapping_node.h"
 #include "cuboid_mapping/ros/middleware/names.h"
+#include "cuboid_mapping/ros/node/mapping_node.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
 
 #include <ros/console.h>
