@@ -98,8 +98,7 @@ TEST_F(EditAnswers, LockAndUnlock) {
 }
 
 TEST_F(EditAnswers, AreUndoneOneByOneInEachClassWithTheirLocks) {
-  using Request = SetBox::Request;
-  auto request = makeRequest(Request::KEEP);
+  auto request = makeRequest(SetBox::Request::KEEP);
   request.lock = true;
   EXPECT_TRUE(answer<SetBox>(in_frame_, request).info.success);
   const auto locked = lockedBoxes();
@@ -108,7 +107,8 @@ TEST_F(EditAnswers, AreUndoneOneByOneInEachClassWithTheirLocks) {
   expectNear(response.boxes[0].min, 0.9, 0.0, 0.0);
   expectNear(response.boxes[0].max, 1.2, 1.0, 1.0);
   const auto before = snapshot();
-  for (const std::uint8_t occupancy : {Request::FREE, Request::OCCUPIED, Request::UNKNOWN}) {
+  for (const std::uint8_t occupancy :
+       {SetBox::Request::FREE, SetBox::Request::OCCUPIED, SetBox::Request::UNKNOWN}) {
     EXPECT_TRUE(answer<SetBox>(in_frame_, makeRequest(occupancy)).info.success);
     EXPECT_TRUE(answer<GetLocks>(in_frame_, {}).boxes.empty());
     EXPECT_NE(snapshot(), before);

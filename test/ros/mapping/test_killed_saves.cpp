@@ -17,7 +17,6 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-using cuboid_mapping::MapSnapshot;
 using cuboid_mapping::test::Random;
 using cuboid_mapping::test::TemporaryFolder;
 using test::fill;
@@ -43,13 +42,6 @@ int findKillWindow(const WorkT& work) {
   const std::chrono::duration<double, std::micro> time_us =
       std::chrono::steady_clock::now() - start;
   return std::max(8000, static_cast<int>(4 * time_us.count()));
-}
-
-/// A map with this number of bricks.
-MapSnapshot makeRow(std::int32_t num_bricks) {
-  MapSnapshot snapshot;
-  snapshot.bricks = cuboid_mapping::toBricks({{{{0, 0, 0}, {8 * num_bricks, 1, 1}}, 1.0F}}).bricks;
-  return snapshot;
 }
 
 /// A merging node continues with its store, or starts with none if it was killed while it created it.

@@ -244,8 +244,9 @@ TEST(OctomapProducts, showCellsOfOneClassBetweenTwoHeights) {
     EXPECT_EQ(marker.ns, "map");
     EXPECT_EQ(marker.header.frame_id, "map");
     EXPECT_EQ(marker.points.size(), depth == 13 || depth == 16 ? 1U : 0U) << depth;
-    using Marker = visualization_msgs::Marker;
-    EXPECT_EQ(marker.action, marker.points.empty() ? Marker::DELETE : Marker::ADD) << depth;
+    EXPECT_EQ(marker.action, marker.points.empty() ? visualization_msgs::Marker::DELETE
+                                                   : visualization_msgs::Marker::ADD)
+        << depth;
     EXPECT_TRUE(marker.colors.empty());
     EXPECT_FLOAT_EQ(marker.color.g, 0.2F);
   }
