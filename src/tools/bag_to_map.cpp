@@ -185,7 +185,8 @@ int run(int argc, char** argv) {
   BagOptions options;
   cuboid_mapping::CommandLine line("bag_to_map",
                                    "Maps the clouds in rosbags, or in scan folders, without a "
-                                   "roscore. The result is the same as the node's, byte for byte.");
+                                   "roscore. With one source, the result is that of a node that "
+                                   "drops no cloud, byte for byte.");
   bool frees_passed = false;
   line.addFlag("free-passed", frees_passed,
                "at the end, make occupied voxels free if they were seen empty at any time");
