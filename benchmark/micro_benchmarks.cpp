@@ -5,8 +5,8 @@
 #include "cuboid_mapping/fusion/brick_division.h"
 #include "cuboid_mapping/map/cuboid_search.h"
 #include "cuboid_mapping/query/ray_query.h"
-#include "cuboid_mapping/rtree/traversal.h"
 #include "cuboid_mapping/scan/scan_update.h"
+#include "evaluation/rtree.h"
 
 #include <benchmark/benchmark.h>
 
@@ -184,7 +184,7 @@ void treeInsert(benchmark::State& state) {
   const std::vector<Cuboid> cuboids = shuffledCuboids();
   const auto max_branches = static_cast<int>(state.range(0));
   for (auto _ : state) {
-    RTree tree({max_branches, std::max(1, max_branches * 3 / 8)});
+    bench::RTree tree({max_branches, std::max(1, max_branches * 3 / 8)});
     for (const Cuboid& cuboid : cuboids) tree.insert(cuboid);
     benchmark::DoNotOptimize(tree.size());
   }
@@ -194,7 +194,7 @@ BENCHMARK(treeInsert)->Arg(8)->Arg(32)->Arg(64)->Unit(benchmark::kMillisecond);
 
 /// One cuboid after the other goes and comes again.
 void treeReplace(benchmark::State& state) {
-  RTree tree;
+  bench::RTree tree;
   const std::vector<Cuboid> places = shuffledCuboids();
   for (const Cuboid& cuboid : places) tree.insert(cuboid);
   std::size_t place = 0;

@@ -61,7 +61,6 @@ cuboid_mapping_add_part(core
   cuboid_mapping/rtree/inner_tree.cpp
   cuboid_mapping/rtree/node.cpp
   cuboid_mapping/rtree/quadratic_split.cpp
-  cuboid_mapping/rtree/rtree.cpp
   cuboid_mapping/scan/beam_marks.cpp
   cuboid_mapping/scan/beam_samples.cpp
   cuboid_mapping/scan/brick_update.cpp

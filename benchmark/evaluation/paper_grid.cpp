@@ -2,7 +2,7 @@
 #include "paper_grid.h"
 
 #include "cuboid_mapping/fusion/search_directions.h"
-#include "cuboid_mapping/rtree/traversal.h"
+#include "evaluation/rtree.h"
 
 namespace cuboid_mapping::bench {
 

@@ -4,8 +4,8 @@
 
 #include "cuboid_mapping/fusion/growth_config.h"
 #include "cuboid_mapping/occupancy/sensor_model.h"
-#include "cuboid_mapping/rtree/rtree.h"
 #include "cuboid_mapping/scan/brick_update.h"
+#include "evaluation/rtree.h"
 
 #include <cstddef>
 #include <optional>

@@ -8,8 +8,8 @@
 #include "cuboid_mapping/fusion/cuboid_tree.h"
 #include "cuboid_mapping/interop/octomap_parity.h"
 #include "cuboid_mapping/map/cuboid_search.h"
-#include "cuboid_mapping/rtree/traversal.h"
 #include "cuboid_mapping/scan/scan_update.h"
+#include "evaluation/rtree.h"
 
 #include <Eigen/Geometry>
 

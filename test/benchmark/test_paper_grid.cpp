@@ -4,7 +4,7 @@
 #include "support/random.h"
 #include "support/tree_invariants.h"
 
-#include "cuboid_mapping/rtree/traversal.h"
+#include "evaluation/rtree.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/rtree/rtree.h"
+#include "evaluation/rtree.h"
 
-#include "cuboid_mapping/rtree/traversal.h"
 #include "support/cuboid_set.h"
 #include "support/random_shapes.h"
 #include "support/tree_invariants.h"
@@ -23,7 +22,7 @@ Cuboid rectangle(int min_x, int min_y, int max_x, int max_y) {
 }
 
 /// The cuboids of a node's leaf child, sorted.
-std::vector<Cuboid> cuboidsOfLeaf(const RTree& tree, NodeIndex leaf) {
+std::vector<Cuboid> cuboidsOfLeaf(const bench::RTree& tree, NodeIndex leaf) {
   std::vector<Cuboid> cuboids;
   const Node& node = tree.leaf(leaf);
   for (int slot = 0; slot < node.count(); ++slot) cuboids.push_back(node.cuboid(slot));
@@ -40,7 +39,7 @@ std::vector<Cuboid> diagonal(int count) {
 }
 
 TEST(RTreeEmpty, hasNoNode) {
-  const RTree tree;
+  const bench::RTree tree;
   EXPECT_EQ(tree.size(), 0U);
   EXPECT_TRUE(tree.isEmpty());
   EXPECT_EQ(tree.height(), 0);
@@ -52,7 +51,7 @@ TEST(RTreeEmpty, hasNoNode) {
 }
 
 TEST(RTreeEmpty, givesNothingToAnySearch) {
-  const RTree tree;
+  const bench::RTree tree;
   const auto fail = [](const Cuboid&) {
     ADD_FAILURE();
     return Visit::kContinue;
@@ -64,7 +63,7 @@ TEST(RTreeEmpty, givesNothingToAnySearch) {
 }
 
 TEST(RTreeEmpty, canBeChangedByNothing) {
-  RTree tree;
+  bench::RTree tree;
   EXPECT_FALSE(tree.remove(CellBox::ofCell({0, 0, 0})));
   EXPECT_FALSE(tree.replace(CellBox::ofCell({0, 0, 0}), rectangle(0, 0, 1, 1)));
   tree.clear();
@@ -77,7 +76,7 @@ TEST(RTreeGrowth, isThatOfThePapersFigure2) {
   const Cuboid b = rectangle(3, 1, 5, 3);
   const Cuboid c = rectangle(20, 0, 22, 2);
   const Cuboid d = rectangle(23, 1, 25, 3);
-  RTree tree(RTreeConfig{2, 1});
+  bench::RTree tree(RTreeConfig{2, 1});
   tree.insert(a);
   tree.insert(b);
   EXPECT_EQ(tree.height(), 1) << "A and B are in a single node";
@@ -96,7 +95,7 @@ TEST(RTreeGrowth, isThatOfThePapersFigure2) {
 }
 
 TEST(RTreeGrowth, needsOneNodeForThatFigureWithFourBranches) {
-  RTree tree(RTreeConfig{4, 2});
+  bench::RTree tree(RTreeConfig{4, 2});
   for (const int x : {0, 3, 20, 23}) tree.insert(rectangle(x, 0, x + 2, 2));
   EXPECT_EQ(tree.height(), 1);
   EXPECT_EQ(tree.numLeafNodes(), 1U);
@@ -105,7 +104,7 @@ TEST(RTreeGrowth, needsOneNodeForThatFigureWithFourBranches) {
 
 TEST(RTreeGrowth, splitsANodeWhenItHasMoreThanMBranches) {
   for (const RTreeConfig& order : {RTreeConfig{2, 1}, RTreeConfig{4, 2}, RTreeConfig{32, 12}}) {
-    RTree tree(order);
+    bench::RTree tree(order);
     const std::vector<Cuboid> cuboids = diagonal(order.max_branches + 1);
     for (int i = 0; i < order.max_branches; ++i) tree.insert(cuboids[static_cast<std::size_t>(i)]);
     EXPECT_EQ(tree.height(), 1) << "M = " << order.max_branches;
@@ -120,7 +119,7 @@ TEST(RTreeGrowth, splitsANodeWhenItHasMoreThanMBranches) {
 
 TEST(RTreeGrowth, staysAsLowAsItsOrderDemands) {
   const RTreeConfig order{8, 3};
-  RTree tree(order);
+  bench::RTree tree(order);
   for (const Cuboid& cuboid : diagonal(2000)) tree.insert(cuboid);
   // Every node except the root has d branches or more.
   EXPECT_LE(tree.height(), 1 + static_cast<int>(std::log(2000.0 / 2.0) / std::log(3.0)));
@@ -129,7 +128,7 @@ TEST(RTreeGrowth, staysAsLowAsItsOrderDemands) {
 }
 
 TEST(RTreeInsert, goesToTheLeafThatExpandsLeast) {
-  RTree tree(RTreeConfig{4, 2});
+  bench::RTree tree(RTreeConfig{4, 2});
   for (const int x : {0, 4, 100, 104, 108}) tree.insert(rectangle(x, 0, x + 2, 2));
   ASSERT_EQ(tree.height(), 2);
   const Cuboid near_first = rectangle(20, 0, 22, 2);
@@ -143,7 +142,7 @@ TEST(RTreeInsert, goesToTheLeafThatExpandsLeast) {
 TEST(RTreeInsert, goesToTheSmallerOfTwoLeavesThatNeedNotExpand) {
   // A large cuboid, a far one, and small ones in the large one. The comments show the leaves.
   const Cuboid large = rectangle(0, 0, 100, 100);
-  RTree tree(RTreeConfig{3, 1});
+  bench::RTree tree(RTreeConfig{3, 1});
   for (const Cuboid& cuboid : {large, rectangle(500, 500, 510, 510), rectangle(50, 50, 51, 51),
                                rectangle(52, 52, 53, 53)}) {
     tree.insert(cuboid);  // {large, 50, 52} {500}
@@ -164,7 +163,7 @@ TEST(RTreeInsert, goesToTheSmallerOfTwoLeavesThatNeedNotExpand) {
 }
 
 TEST(RTreeRemove, findsExactlyTheBox) {
-  RTree tree;
+  bench::RTree tree;
   tree.insert(rectangle(0, 0, 4, 4));
   EXPECT_FALSE(tree.remove({{0, 0, 0}, {4, 4, 2}})) << "larger";
   EXPECT_FALSE(tree.remove({{0, 0, 0}, {4, 3, 1}})) << "smaller";
@@ -176,7 +175,7 @@ TEST(RTreeRemove, findsExactlyTheBox) {
 }
 
 TEST(RTreeRemove, removesOneOfEqualBoxesAtATime) {
-  RTree tree(RTreeConfig{4, 2});
+  bench::RTree tree(RTreeConfig{4, 2});
   for (int i = 0; i < 20; ++i) tree.insert(rectangle(0, 0, 4, 4));
   for (int i = 0; i < 20; ++i) {
     EXPECT_EQ(tree.size(), static_cast<std::size_t>(20 - i));
@@ -188,7 +187,7 @@ TEST(RTreeRemove, removesOneOfEqualBoxesAtATime) {
 
 TEST(RTreeRemove, shrinksTheRootUntilOneLeafIsLeft) {
   for (const RTreeConfig& order : {RTreeConfig{2, 1}, RTreeConfig{4, 2}, RTreeConfig{8, 3}}) {
-    RTree tree(order);
+    bench::RTree tree(order);
     const std::vector<Cuboid> cuboids = diagonal(200);
     for (const Cuboid& cuboid : cuboids) tree.insert(cuboid);
     EXPECT_GE(tree.height(), 3);
@@ -206,7 +205,7 @@ TEST(RTreeRemove, shrinksTheRootUntilOneLeafIsLeft) {
 }
 
 TEST(RTreeClass, isOccupiedAboveAnOccupiedCuboidOnly) {
-  RTree tree(RTreeConfig{4, 2});
+  bench::RTree tree(RTreeConfig{4, 2});
   for (const Cuboid& cuboid : diagonal(50)) tree.insert(cuboid);
   const Cuboid occupied{CellBox::ofCell({7, 7, 7}), Occupancy::kOccupied};
   const auto hasOccupied = [&tree] {
@@ -222,7 +221,7 @@ TEST(RTreeClass, isOccupiedAboveAnOccupiedCuboidOnly) {
 }
 
 TEST(RTreeReplace, changesClassesInTheirPlaces) {
-  RTree tree(RTreeConfig{4, 2});
+  bench::RTree tree(RTreeConfig{4, 2});
   for (const Cuboid& cuboid : diagonal(100)) tree.insert(cuboid);
   const std::size_t num_leaves = tree.numLeafNodes();
   std::vector<Cuboid> occupied = diagonal(100);
@@ -236,7 +235,7 @@ TEST(RTreeReplace, changesClassesInTheirPlaces) {
 }
 
 TEST(RTreeReplace, updatesTheBoxesAboveACuboidThatGrowsOrShrinks) {
-  RTree tree(RTreeConfig{4, 2});
+  bench::RTree tree(RTreeConfig{4, 2});
   for (const Cuboid& cuboid : diagonal(50)) tree.insert(cuboid);
   const Cuboid grown{{{0, 0, 0}, {1, 1, 200}}, Occupancy::kFree};
   EXPECT_TRUE(tree.replace(CellBox::ofCell({0, 0, 0}), grown));
@@ -248,7 +247,7 @@ TEST(RTreeReplace, updatesTheBoxesAboveACuboidThatGrowsOrShrinks) {
 }
 
 TEST(RTreeClear, leavesATreeThatCanBeFilledAgain) {
-  RTree tree(RTreeConfig{4, 2});
+  bench::RTree tree(RTreeConfig{4, 2});
   for (int round = 0; round < 3; ++round) {
     for (const Cuboid& cuboid : diagonal(100)) tree.insert(cuboid);
     EXPECT_EQ(tree.size(), 100U);
@@ -262,7 +261,7 @@ TEST(RTreeClear, leavesATreeThatCanBeFilledAgain) {
 }
 
 TEST(RTreeMemory, isUsedAgainAfterRemovals) {
-  RTree tree(RTreeConfig{8, 3});
+  bench::RTree tree(RTreeConfig{8, 3});
   std::size_t bytes_after_two = 0;
   for (int round = 0; round < 20; ++round) {
     for (const Cuboid& cuboid : diagonal(500)) tree.insert(cuboid);

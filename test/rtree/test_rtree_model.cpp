@@ -54,7 +54,7 @@ void checkRandomNearest(Random& random, const ModelledTree& model,
 }
 
 void checkQueries(Random& random, const ModelledTree& model) {
-  const RTree& tree = model.tree();
+  const bench::RTree& tree = model.tree();
   const std::vector<Cuboid> expected = test::sorted(model.cuboids());  // Once for all.
   test::checkContent(tree, expected);
   test::checkBoxSearch(tree, expected, randomWindow(random, model));

@@ -16,10 +16,10 @@ using test::allocated_bytes;
 /// A tree on the heap, so that only the tree is counted.
 class TreeMemory : public testing::Test {
  protected:
-  TreeMemory() : before_(allocated_bytes), tree_(std::make_unique<RTree>()) {}
+  TreeMemory() : before_(allocated_bytes), tree_(std::make_unique<bench::RTree>()) {}
 
   [[nodiscard]] double heapBytes() const {
-    return static_cast<double>(allocated_bytes - before_ - sizeof(RTree));
+    return static_cast<double>(allocated_bytes - before_ - sizeof(bench::RTree));
   }
   void expectExact() const {
     EXPECT_NEAR(static_cast<double>(tree_->numBytes()), heapBytes(), 0.05 * heapBytes());
@@ -46,7 +46,7 @@ class TreeMemory : public testing::Test {
   }
 
   std::size_t before_;
-  std::unique_ptr<RTree> tree_;
+  std::unique_ptr<bench::RTree> tree_;
 };
 
 TEST_F(TreeMemory, isExactForAnEmptyTree) {

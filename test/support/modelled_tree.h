@@ -2,7 +2,7 @@
 // Random changes of an R-tree, also applied to a plain list of cuboids.
 #pragma once
 
-#include "cuboid_mapping/rtree/traversal.h"
+#include "evaluation/rtree.h"
 #include "support/cuboid_set.h"
 #include "support/random_shapes.h"
 
@@ -63,7 +63,7 @@ class ModelledTree {
   ModelledTree(const RTreeConfig& config, TreeWorld world, std::size_t max_size)
       : tree_(config), world_(world), max_size_(max_size) {}
 
-  [[nodiscard]] const RTree& tree() const { return tree_; }
+  [[nodiscard]] const bench::RTree& tree() const { return tree_; }
   [[nodiscard]] const std::vector<Cuboid>& cuboids() const { return cuboids_; }
   [[nodiscard]] TreeWorld world() const { return world_; }
 
@@ -177,19 +177,18 @@ class ModelledTree {
     return found;
   }
 
-  /// Acts like a map: replaces cuboids of a small region by others, with reserved memory.
+  /// Acts like a map: replaces cuboids of a small region by others.
   void replaceGroup(Random& random, bool is_full) {
     constexpr double kRatios[] = {0.0, 0.3, 0.8, 1.0};
     const std::vector<Cuboid> removed = takeOut(random, knownBox(random), random.integer(0, 8),
                                                 is_full ? 1.0 : kRatios[random.index(4)]);
     const std::size_t num_wanted = is_full ? removed.size() / 2 : random.index(12);
-    tree_.reserve(num_wanted, removed.size());
     for (const Cuboid& cuboid : removed) removeTold(cuboid);
     std::vector<Cuboid> added;
     for (std::size_t i = 0; i < num_wanted; ++i) {
       addToModel(random, randomBoxIn(random, world_), added);
     }
-    for (const Cuboid& cuboid : added) tree_.insertReserved(cuboid);
+    for (const Cuboid& cuboid : added) tree_.insert(cuboid);
     if (random.chance(0.5)) tree_.trim();
   }
 
@@ -224,7 +223,7 @@ class ModelledTree {
     cuboids_.push_back(now);
   }
 
-  RTree tree_;
+  bench::RTree tree_;
   TreeWorld world_;
   std::size_t max_size_;
   std::vector<Cuboid> cuboids_;

@@ -38,7 +38,7 @@ class CheckTree : public testing::Test {
     return false;
   }
 
-  RTree tree_;
+  bench::RTree tree_;
 };
 
 TEST_F(CheckTree, seesABoxThatIsTooLarge) {
@@ -105,7 +105,7 @@ TEST_F(CheckTree, seesAnEmptyBox) {
 }
 
 TEST(CheckTreeOfOneLeaf, seesABoxThatIsTooLarge) {
-  RTree tree(RTreeConfig{4, 2});
+  bench::RTree tree(RTreeConfig{4, 2});
   for (const int x : {0, 5, 300}) tree.insert({CellBox::ofCell({x, 0, 0}), Occupancy::kFree});
   EXPECT_TRUE(checkTree(tree).empty());
   const_cast<Node&>(tree.leaf(tree.inner().root())).remove(2);
@@ -116,7 +116,7 @@ TEST(CheckTreeOfOneLeaf, seesABoxThatIsTooLarge) {
 }
 
 TEST(CheckDisjoint, seesTwoCuboidsThatShareACell) {
-  RTree tree;
+  bench::RTree tree;
   tree.insert({{{0, 0, 0}, {4, 4, 4}}, Occupancy::kOccupied});
   tree.insert({{{4, 0, 0}, {8, 4, 4}}, Occupancy::kOccupied});
   EXPECT_TRUE(checkDisjoint(tree).empty()) << "they have a face in common";
@@ -125,7 +125,7 @@ TEST(CheckDisjoint, seesTwoCuboidsThatShareACell) {
 }
 
 TEST(CheckDisjoint, seesACuboidThatIsThereTwice) {
-  RTree tree;
+  bench::RTree tree;
   for (int i = 0; i < 2; ++i) tree.insert({{{0, 0, 0}, {4, 4, 4}}, Occupancy::kOccupied});
   EXPECT_FALSE(checkDisjoint(tree).empty());
 }

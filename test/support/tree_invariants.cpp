@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/tree_invariants.h"
 
-#include "cuboid_mapping/rtree/traversal.h"
+#include "evaluation/rtree.h"
 
 #include <sstream>
 
@@ -79,7 +79,7 @@ std::vector<std::string> checkNodes(const InnerTree& tree,
   return NodeChecker(tree, leaf_summary).check();
 }
 
-std::vector<std::string> checkTree(const RTree& tree) {
+std::vector<std::string> checkTree(const bench::RTree& tree) {
   const InnerTree& inner = tree.inner();
   std::vector<std::string> violations =
       checkNodes(inner, [&tree](NodeIndex leaf) { return tree.leaf(leaf).summary(); });
@@ -100,7 +100,7 @@ std::vector<std::string> checkTree(const RTree& tree) {
   return violations;
 }
 
-std::vector<std::string> checkDisjoint(const RTree& tree) {
+std::vector<std::string> checkDisjoint(const bench::RTree& tree) {
   std::vector<std::string> violations;
   visitAll(tree, CuboidFilter::kAll, [&](const Cuboid& cuboid) {
     int num_same = 0;

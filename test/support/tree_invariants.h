@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cuboid_mapping/rtree/rtree.h"
+#include "evaluation/rtree.h"
 
 #include <functional>
 #include <string>
@@ -19,9 +19,9 @@ namespace cuboid_mapping {
     const InnerTree& tree, const std::function<Branch(NodeIndex)>& leaf_summary);
 
 /// As above, for a tree of cuboids: leaf nodes have d to M cuboids, too, unless there is only one.
-[[nodiscard]] std::vector<std::string> checkTree(const RTree& tree);
+[[nodiscard]] std::vector<std::string> checkTree(const bench::RTree& tree);
 
 /// Pairs of cuboids that share a cell. @complexity O(n log n) for few. For tests.
-[[nodiscard]] std::vector<std::string> checkDisjoint(const RTree& tree);
+[[nodiscard]] std::vector<std::string> checkDisjoint(const bench::RTree& tree);
 
 }  // namespace cuboid_mapping

@@ -2,7 +2,7 @@
 // Every search of an R-tree, compared with a test of each cuboid.
 #pragma once
 
-#include "cuboid_mapping/rtree/traversal.h"
+#include "evaluation/rtree.h"
 #include "support/cuboid_set.h"
 
 #include <gtest/gtest.h>
@@ -33,7 +33,7 @@ inline std::vector<Cuboid> findInBox(const std::vector<Cuboid>& cuboids, const C
 }
 
 /// Checks visitBox with every filter.
-inline void checkBoxSearch(const RTree& tree, const std::vector<Cuboid>& cuboids,
+inline void checkBoxSearch(const bench::RTree& tree, const std::vector<Cuboid>& cuboids,
                            const CellBox& window) {
   for (const CuboidFilter filter : kFilters) {
     std::vector<Cuboid> found;
@@ -45,7 +45,7 @@ inline void checkBoxSearch(const RTree& tree, const std::vector<Cuboid>& cuboids
   }
 }
 
-inline void checkCellSearch(const RTree& tree, const std::vector<Cuboid>& cuboids,
+inline void checkCellSearch(const bench::RTree& tree, const std::vector<Cuboid>& cuboids,
                             const Cell& cell) {
   std::vector<Cuboid> found;
   visitCell(tree, cell, [&](const Cuboid& cuboid) {
@@ -57,7 +57,7 @@ inline void checkCellSearch(const RTree& tree, const std::vector<Cuboid>& cuboid
 }
 
 /// Checks visitAll with every filter, size, isEmpty and bounds.
-inline void checkContent(const RTree& tree, const std::vector<Cuboid>& cuboids) {
+inline void checkContent(const bench::RTree& tree, const std::vector<Cuboid>& cuboids) {
   EXPECT_EQ(tree.size(), cuboids.size());
   EXPECT_EQ(tree.isEmpty(), cuboids.empty());
   std::optional<CellBox> bounds;
@@ -83,7 +83,7 @@ inline double distanceTo(const Eigen::Vector3d& point, const CellBox& box) {
   return std::sqrt(squared);
 }
 
-inline void checkNearestSearch(const RTree& tree, const std::vector<Cuboid>& cuboids,
+inline void checkNearestSearch(const bench::RTree& tree, const std::vector<Cuboid>& cuboids,
                                const Eigen::Vector3d& point, double max_distance,
                                CuboidFilter filter) {
   const double tolerance = 1e-14 * (100.0 + point.norm());
@@ -108,7 +108,7 @@ inline void checkNearestSearch(const RTree& tree, const std::vector<Cuboid>& cub
 }
 
 /// Checks that a visitor that stops after some visits gets no more.
-inline void checkStop(const RTree& tree, std::size_t max_visits) {
+inline void checkStop(const bench::RTree& tree, std::size_t max_visits) {
   const std::size_t expected = std::min(max_visits, tree.size());
   std::size_t num_visits = 0;
   const auto visit = [&](const Cuboid&) {

@@ -4,6 +4,7 @@
 #include "cuboid_mapping/rtree/traversal.h"
 
 #include <algorithm>
+#include <iterator>
 
 namespace cuboid_mapping {
 
@@ -15,26 +16,46 @@ void LockedBoxes::remove(const CellBox& box) {
   if (!box.isEmpty()) replace(box, false);
 }
 
+/// Calls visit(NodeIndex) -> Visit for each locked box that shares a voxel with a box.
+template <typename VisitT>
+void LockedBoxes::visitMet(const CellBox& box, VisitT visit) const {
+  visitLeaves(
+      tree_, box, CuboidFilter::kAll, [](NodeIndex /*leaf*/, int /*stage*/) {}, visit);
+}
+
 /// Removes a box from the locked ones. @param is_added  If true, locks the box itself.
 void LockedBoxes::replace(const CellBox& box, bool is_added) {
-  std::vector<CellBox> met;
-  std::vector<Cuboid> added;
-  visitBox(tree_, box, CuboidFilter::kAll, [&](const Cuboid& locked) {
-    met.push_back(locked.box);
-    for (const CellBox& piece : subtract(locked.box, box)) {
-      added.push_back({piece, Occupancy::kOccupied});
-    }
+  std::vector<NodeIndex> met;
+  std::vector<CellBox> added;
+  visitMet(box, [&](NodeIndex locked) {
+    met.push_back(locked);
+    for (const CellBox& piece : subtract(boxes_[locked], box)) added.push_back(piece);
     return Visit::kContinue;
   });
-  if (is_added) added.push_back({box, Occupancy::kOccupied});
-  tree_.reserve(added.size(), met.size());  // Nothing throws from here on.
-  for (const CellBox& locked : met) (void)tree_.removeReserved(locked);
-  for (const Cuboid& piece : added) tree_.insertReserved(piece);
+  if (is_added) added.push_back(box);
+  const std::size_t end = boxes_.size() + added.size();
+  boxes_.reserve(end);
+  free_.reserve(end);
+  tree_.reserve(added.size(), met.size(), end);  // Nothing throws from here on.
+  for (const NodeIndex locked : met) {
+    tree_.remove(locked);
+    boxes_[locked] = {};
+    free_.push_back(locked);
+  }
+  for (const CellBox& piece : added) {
+    if (free_.empty()) {
+      free_.push_back(static_cast<NodeIndex>(boxes_.size()));
+      boxes_.emplace_back();
+    }
+    boxes_[free_.back()] = piece;
+    tree_.insert({piece, true, free_.back()});
+    free_.pop_back();
+  }
 }
 
 bool LockedBoxes::intersects(const CellBox& box) const {
   bool is_met = false;
-  visitBox(tree_, box, CuboidFilter::kAll, [&is_met](const Cuboid& /*locked*/) {
+  visitMet(box, [&is_met](NodeIndex /*locked*/) {
     is_met = true;
     return Visit::kStop;
   });
@@ -50,11 +71,8 @@ bool LockedBoxes::mayMeet(const std::vector<BrickUpdate>& update) const {
 
 std::vector<CellBox> LockedBoxes::boxes() const {
   std::vector<CellBox> boxes;
-  boxes.reserve(tree_.size());
-  visitAll(tree_, CuboidFilter::kAll, [&boxes](const Cuboid& locked) {
-    boxes.push_back(locked.box);
-    return Visit::kContinue;
-  });
+  std::copy_if(boxes_.begin(), boxes_.end(), std::back_inserter(boxes),
+               [](const CellBox& box) { return !box.isEmpty(); });
   std::sort(boxes.begin(), boxes.end(),
             [](const CellBox& a, const CellBox& b) { return a.min < b.min; });
   return boxes;
@@ -64,8 +82,8 @@ std::vector<BrickUpdate> LockedBoxes::without(const std::vector<BrickUpdate>& up
   std::vector<BrickUpdate> rest = update;
   for (BrickUpdate& brick : rest) {
     const CellBox cells = brickBox(brick.brick);
-    visitBox(tree_, cells, CuboidFilter::kAll, [&](const Cuboid& locked) {
-      const BrickMask kept = ~BrickMask::ofBox(intersect(locked.box, cells));
+    visitMet(cells, [&](NodeIndex locked) {
+      const BrickMask kept = ~BrickMask::ofBox(intersect(boxes_[locked], cells));
       brick.hits &= kept;
       brick.misses &= kept;
       brick.grazes &= kept;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cuboid_mapping/rtree/rtree.h"
+#include "cuboid_mapping/rtree/inner_tree.h"
 #include "cuboid_mapping/scan/brick_update.h"
 
 #include <vector>
@@ -33,9 +33,13 @@ class LockedBoxes {
   [[nodiscard]] std::vector<BrickUpdate> without(const std::vector<BrickUpdate>& update) const;
 
  private:
+  template <typename VisitT>
+  void visitMet(const CellBox& box, VisitT visit) const;
   void replace(const CellBox& box, bool is_added);
 
-  RTree tree_;  ///< Holds the boxes as occupied cuboids.
+  InnerTree tree_{RTreeConfig()};  ///< Its leaf nodes are the boxes.
+  std::vector<CellBox> boxes_;     ///< By leaf node; empty for a free number.
+  std::vector<NodeIndex> free_;    ///< Numbers of no box.
 };
 
 }  // namespace cuboid_mapping

@@ -42,21 +42,20 @@ InnerTree::InnerTree(const RTreeConfig& config) : config_(config), nodes_(config
   assert(1 <= config.min_branches && 2 * config.min_branches <= config.max_branches);
 }
 
-/// A node splits when it is full: each once, and again only after d more branches. A removal inserts
-/// up to d - 1 branches of each level again. With d = 1, nodes may split more often: missing memory is
-/// allocated then.
+/// A node splits when it is full: each once, and again only after d more branches; with d = 1 it may still be full
+/// after a split. A removal inserts up to d - 1 branches of each level again.
 void InnerTree::reserve(std::size_t num_insertions, std::size_t num_removals,
                         std::size_t end_leaf) {
   const auto fewest = static_cast<std::size_t>(config_.min_branches);
-  const std::size_t fewest_between = std::max<std::size_t>(fewest, 2);
   std::size_t num_new = 2;
   std::size_t num_splits = num_insertions;
   std::size_t num_removed = num_removals;
-  for (int level = 1; level < height_ || num_splits > 1; ++level) {
-    const std::size_t num_here = num_nodes_[static_cast<std::size_t>(level)];
+  for (std::size_t level = 1; level < kMaxLevels; ++level) {
+    if (level >= static_cast<std::size_t>(height_) && num_splits <= 1) break;
+    const std::size_t num_here = num_nodes_[level];
     const std::size_t num_added = num_splits + num_removed * (fewest - 1);
-    num_splits = num_here > 0 ? std::min(num_added, num_here + num_added / fewest_between + 1)
-                              : (num_added + 1) / fewest_between;
+    num_splits = num_here > 0 ? std::min(num_added, num_here + num_added / fewest + 1)
+                              : (num_added + 1) / fewest;
     num_removed = std::min(num_removed, num_here);
     num_new += num_splits;
   }
@@ -139,9 +138,6 @@ void InnerTree::remove(NodeIndex leaf) noexcept {
 /// Appends a branch to a node, and sets the child's parent.
 void InnerTree::append(NodeIndex index, int level, const Branch& branch) {
   nodes_[index].append(branch);
-  if (level == 1 && branch.child >= leaf_parents_.size()) {  // Not reserved, as for d = 1.
-    leaf_parents_.resize(branch.child + 1, kNoNode);
-  }
   (level == 1 ? leaf_parents_[branch.child] : nodes_[branch.child].parent) = index;
 }
 

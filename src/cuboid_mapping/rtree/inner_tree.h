@@ -22,7 +22,7 @@ class InnerTree {
   explicit InnerTree(const RTreeConfig& config);
 
   /// Reserves memory for changes: this many insertions and removals of leaf nodes with numbers
-  /// below `end_leaf`. Changes within it throw nothing if d >= 2. @throws std::bad_alloc  Nothing has changed.
+  /// below `end_leaf`. Changes within it need no memory. @throws std::bad_alloc  Nothing has changed.
   void reserve(std::size_t num_insertions, std::size_t num_removals, std::size_t end_leaf);
   /// Frees reserved memory that is not needed.
   void trim() noexcept { nodes_.trim(); }

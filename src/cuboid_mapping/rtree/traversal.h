@@ -4,7 +4,7 @@
 #pragma once
 
 #include "cuboid_mapping/occupancy/cuboid_filter.h"
-#include "cuboid_mapping/rtree/rtree.h"
+#include "cuboid_mapping/rtree/inner_tree.h"
 
 #include <Eigen/Core>
 
@@ -120,60 +120,6 @@ void visitNearest(const InnerTree& tree, const Eigen::Vector3d& point, double ma
       }
     }
   }
-}
-
-/// Visits the places of the cuboids that share a cell with the window, in no particular order.
-/// @param visit  (NodeIndex leaf, int slot) -> Visit.
-template <typename VisitT>
-void visitLeafSlots(const RTree& tree, const CellBox& window, CuboidFilter filter, VisitT visit) {
-  visitLeaves(
-      tree.inner(), window, filter,
-      [&tree](NodeIndex leaf, int stage) {
-        if (stage == 0) tree.prefetchLeaf(leaf);
-      },
-      [&](NodeIndex index) {
-        const Node& leaf = tree.leaf(index);
-        SlotSet slots = leaf.findOverlapping(window);
-        if (filter == CuboidFilter::kOccupied) slots &= leaf.occupiedSlots();
-        if (filter == CuboidFilter::kFree) slots &= ~leaf.occupiedSlots();
-        for (; slots != 0; slots = withoutFirst(slots)) {
-          if (visit(index, firstSlot(slots)) == Visit::kStop) return Visit::kStop;
-        }
-        return Visit::kContinue;
-      });
-}
-
-/// Visits the cuboids that share a cell with the window, in no particular order.
-/// @param visit  (const Cuboid&) -> Visit.
-template <typename VisitT>
-void visitBox(const RTree& tree, const CellBox& window, CuboidFilter filter, VisitT visit) {
-  visitLeafSlots(tree, window, filter,
-                 [&](NodeIndex leaf, int slot) { return visit(tree.leaf(leaf).cuboid(slot)); });
-}
-
-/// Visits the cuboids that hold a cell: at most one where cuboids are disjoint.
-template <typename VisitT>
-void visitCell(const RTree& tree, const Cell& cell, VisitT visit) {
-  visitBox(tree, CellBox::ofCell(cell), CuboidFilter::kAll, visit);
-}
-
-/// Visits all cuboids that pass the filter, in no particular order. @param visit  As in visitBox().
-template <typename VisitT>
-void visitAll(const RTree& tree, CuboidFilter filter, VisitT visit) {
-  visitBox(tree, kEverywhere, filter, visit);
-}
-
-/// Visits the cuboids of a tree by their distance from a point, see above.
-template <typename VisitT>
-void visitNearest(const RTree& tree, const Eigen::Vector3d& point, double max_distance,
-                  CuboidFilter filter, VisitT visit) {
-  const auto read_leaf = [&](NodeIndex index, const auto& push) {
-    const Node& leaf = tree.leaf(index);
-    for (int slot = 0; slot < leaf.count(); ++slot) {
-      if (matches(filter, leaf.cuboid(slot))) push(leaf.cuboid(slot));
-    }
-  };
-  visitNearest(tree.inner(), point, max_distance, filter, read_leaf, visit);
 }
 
 }  // namespace cuboid_mapping
