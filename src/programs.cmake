@@ -120,7 +120,7 @@ add_executable(example_planner tools/example_planner.cpp)
 cuboid_mapping_configure(example_planner)
 target_link_libraries(example_planner PRIVATE cuboid_mapping::client ${tf2_ros_LIBRARIES})
 
-# Writes doc/parameters.md and config/default.yaml.
+# For scripts/reference.
 add_executable(print_parameters tools/print_parameters.cpp)
 cuboid_mapping_configure(print_parameters)
 target_link_libraries(print_parameters PRIVATE cuboid_mapping_ros cuboid_mapping_command_line)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Prints the parameters of the node for its documents: doc/parameters.md, config/default.yaml.
+// Prints the parameters of the node for scripts/reference.
 #include "command_line.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
 

@@ -4,9 +4,12 @@
 #include "cuboid_mapping/ros/parameters/parameter_table.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <locale>
 #include <sstream>
+#include <utility>
+#include <vector>
 
 namespace cuboid_mapping_ros {
 namespace {
@@ -48,17 +51,54 @@ void writeComment(std::ostream& out, const std::string& text, const std::string&
   out << line << '\n';
 }
 
-constexpr char kTableHead[] =
-    "| parameter | default | unit | allowed | meaning |\n| --- | --- | --- | --- | --- |\n";
+/// Groups of the document, in its order.
+enum class Group : unsigned char { kFirst, kSensor, kMap, kOutput, kAdvanced };
 
-/// Writes the rows of octomap_server, or all others.
-void writeRows(std::ostream& out, bool of_octomap_server) {
-  out << kTableHead;
+constexpr std::array<std::pair<Group, const char*>, 5> kGroupHeads = {{
+    {Group::kFirst, "The first ten"},
+    {Group::kSensor, "Sensor"},
+    {Group::kMap, "Map"},
+    {Group::kOutput, "Output"},
+    {Group::kAdvanced, "Advanced"},
+}};
+
+/// Keys, or their starts, of the groups that do not follow from the declaration.
+const std::vector<std::pair<Group, std::vector<std::string>>> kGroupKeys = {
+    {Group::kFirst,
+     {"frame_id", "resolution", "sensor_frame", "sources", "sensor_model/max_range",
+      "sensor_model/min_range", "deskew", "self_filter/robot_description", "forget_after",
+      "autosave_file"}},
+    {Group::kSensor, {"self_filter/", "moving_points", "base_frame_id", "tf_wait", "queue_size"}},
+    {Group::kMap,
+     {"environment", "fusion", "sensor_model/", "map_file", "resume", "autosave_period", "window/",
+      "keep_clouds/", "forget_", "merge/"}},
+    {Group::kOutput,
+     {"publish_", "latch", "keyframe_period", "color", "markers/", "robot_grid/", "occupancy_",
+      "min_x_size", "min_y_size", "projected_map", "filter_speckles", "height_map", "observation"}},
+};
+
+Group groupOf(const ParameterDeclaration& declaration) {
+  for (const auto& [group, keys] : kGroupKeys) {
+    if (group == Group::kSensor && declaration.kind.is_of_source) return group;
+    const auto matches = [&](const std::string& key) {
+      const bool is_start = group != Group::kFirst;
+      return is_start ? declaration.key.rfind(key, 0) == 0 : declaration.key == key;
+    };
+    if (std::any_of(keys.begin(), keys.end(), matches)) return group;
+  }
+  return Group::kAdvanced;
+}
+
+/// Writes the table of a group.
+void writeRows(std::ostream& out, Group group) {
+  out << "| parameter | default | allowed | meaning |\n|---|---|---|---|\n";
   for (const ParameterDeclaration& declaration : parameterTable()) {
-    if (isOfOctomapServer(declaration.key) != of_octomap_server) continue;
-    out << "| `" << declaration.key << "` | `" << formatValue(declaration, {}) << "` | "
-        << declaration.unit << " | " << declaration.kind.allowed << " | " << declaration.help
-        << " |\n";
+    if (groupOf(declaration) != group) continue;
+    const char* mark = isOfOctomapServer(declaration.key) ? "**" : "";
+    out << "| " << mark << '`' << declaration.key << '`' << mark << " | `"
+        << formatValue(declaration, {}) << '`'
+        << (declaration.unit.empty() ? "" : " " + declaration.unit) << " | "
+        << declaration.kind.allowed << " | " << declaration.help << " |\n";
   }
 }
 
@@ -145,17 +185,20 @@ std::vector<std::string> toSourceLines(const NodeParameters& parameters) {
 std::string toMarkdownTable() {
   std::ostringstream out;
   out << "# Parameters\n\n"
-         "<!-- Written by `rosrun cuboid_mapping print_parameters --markdown`. -->\n\n"
-         "All are private parameters of the node. With a bad value or an unknown name the node "
-         "does not start, and "
-         "lists\neverything that is wrong. With `ignore_unknown`, unknown names are only "
-         "warnings.\n"
-         "[config/default.yaml](../config/default.yaml) holds all defaults.\n\n"
-         "## Parameters of this node\n\n";
-  writeRows(out, false);
-  out << "\n## Parameters of octomap_server\n\n"
-         "They have the same names and the same meaning as in octomap_server.\n\n";
-  writeRows(out, true);
+         "<!-- Written by scripts/reference. -->\n\n"
+         "All are private parameters of the node. Names in bold are those of octomap_server, with "
+         "the same meaning. With a\nbad value or an unknown name the node does not start, and "
+         "lists "
+         "everything that is wrong; with `ignore_unknown`,\nunknown names are only warnings. "
+         "[config/default.yaml](../config/default.yaml) holds all defaults.\n";
+  for (const auto& [group, head] : kGroupHeads) {
+    out << "\n## " << head << "\n\n";
+    if (group == Group::kSensor) {
+      out << "Except `self_filter`, `moving_points`, `base_frame_id`, `tf_wait` and `queue_size`, "
+             "each of `sources` may\nhave its own.\n\n";
+    }
+    writeRows(out, group);
+  }
   return out.str();
 }
 

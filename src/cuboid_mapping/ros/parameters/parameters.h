@@ -309,8 +309,8 @@ struct LoadedParameters {
                                                          const NodeParameters& others,
                                                          const std::string& word);
 
-/// Text of doc/parameters.md: key, default, unit, allowed values and help of each parameter, those of
-/// octomap_server in a table of their own.
+/// Text of doc/parameters.md: key, default with its unit, allowed values and help of each parameter, in
+/// groups; names of octomap_server are in bold.
 [[nodiscard]] std::string toMarkdownTable();
 
 /// Text of config/default.yaml: every parameter with its default, help as comments.
