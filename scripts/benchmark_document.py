@@ -7,7 +7,7 @@ import statistics
 import sys
 
 from benchmark_plots import draw_plots
-from benchmark_runs import (HEADLINES, OTHER_MAPS, PEERS, SHORT_NAMES, Run, fine_voxels, headlines, long_drives, other_maps,
+from benchmark_runs import (HEADLINES, KITTI, OTHER_MAPS, PEERS, RGBD, SHORT_NAMES, Run, fine_voxels, headlines, long_drives, other_maps,
                             sampled_clouds, scaling, spacings)
 
 # ---- Tables -----------------------------------------------------------------------------------
@@ -109,10 +109,8 @@ def insertion_block(reports):
         peers_s = [f'{cpu_s(report[peer]):.3g} s' if peer in report else '-' for peer in PEERS]
         rows.append([title_of(report), f"{report['clouds']}, {report['points']:,}",
                      f'{cpu_s(own):.3g} s', peers_s[0], speed(report, 'octomap', cpu_s), peers_s[1],
-                     speed(report, 'openvdb', cpu_s), f"{own['ray_walk_cpu_s'] / cpu_s(own):.0%}",
-                     f"{own['per_cloud_ms']['p50']:.0f}, {own['per_cloud_ms']['max']:.0f} ms"])
-    return table(['data set', 'clouds, points', 'here', 'OctoMap', 'times', 'OpenVDB', 'times',
-                  'ray walk', 'per cloud, wall: p50, median of the greatest'], rows)
+                     speed(report, 'openvdb', cpu_s), f"{own['per_cloud_ms']['p50']:.0f}, {own['per_cloud_ms']['max']:.0f} ms"])
+    return table(['data set', 'clouds, points', 'here', 'OctoMap', 'times', 'OpenVDB', 'times', 'a cloud: p50, greatest'], rows)
 
 
 def variants_block(reports):
@@ -133,8 +131,7 @@ def variants_block(reports):
                      per_repetition(report, 'cuboid_mapping', lambda f: f['insert_s'])) for report in (plain, threads))
         # Processes of their own, so that no repetition of the one belongs to one of the other.
         ratios = [one_s / two_s for one_s in one[1] for two_s in two[1]]
-        rows.append([*row, *(f'{median_s:.3g} s{extent(all_s, "{:.3g}".format)}' for median_s, all_s in (one, two)),
-                     times(one[0] / two[0]) + extent(ratios, times)])
+        rows.append([*row, f'{one[0]:.3g} s', f'{two[0]:.3g} s', times(one[0] / two[0]) + extent(ratios, times)])
     return table(['data set', 'divided when read', "times OctoMap's speed", 'divided after every cloud',
                   'times', 'one thread, wall', 'two threads, wall', 'times'], rows)
 
@@ -151,11 +148,9 @@ def memory_block(reports):
         for peer in PEERS:
             row += [f'{heap(report[peer]) / 1e6:.1f} MB' if peer in report else '-',
                     gain(report, peer, heap)]
-        buffers = [f"{report[part]['bytes_scratch'] / 1e6:.1f}" if part in report else '-' for part in ('cuboid_mapping', 'openvdb')]
-        rows.append([*row, f"{own['bytes_own'] / max(1, heap(own)):.1%}", f'{", ".join(buffers)} MB'])
+        rows.append([*row, f"{own['bytes_scratch'] / 1e6:.1f} MB"])
     return table(['data set', 'cuboids', "times in OctoMap's leaves", "times in OpenVDB's voxels",
-                  'heap here', 'OctoMap', 'times', 'OpenVDB', 'times', 'own figure over heap',
-                  'buffers kept for insertion: here, OpenVDB'], rows)
+                  'heap here', 'OctoMap', 'times', 'OpenVDB', 'times', 'buffers for insertion'], rows)
 
 
 QUERIES = [(kind, place) for kind in ('point', 'box', 'ray') for place in ('uniform', 'near_surface')]
@@ -168,34 +163,37 @@ def queries_block(reports):
         visit_ms = 1e3 * own['access_occupied_s']
         row = [title_of(report), f'{visit_ms:.3g} ms: ' + ' / '.join(
             speed(report, peer, lambda f: f['access_occupied_s']) for peer in PEERS)]
-        for kind, place in QUERIES:
-            def per_s(figures, kind=kind, place=place):
-                return figures[f'{kind}_queries_per_s'][place]
+        for kind in ('point', 'box', 'ray'):
+            def per_s(figures, kind=kind):
+                return figures[f'{kind}_queries_per_s']['near_surface']
 
             gains = [speed(report, peer, lambda f, per_s=per_s: 1 / per_s(f)) for peer in PEERS]
             row.append(f"{rate(per_s(own))}: {' / '.join(gains)}")
         rows.append(row)
-    return table(['data set', 'visit occupied', 'points, uniform', 'points, surfaces', 'boxes, uniform',
-                  'boxes, surfaces', 'rays, uniform', 'rays, surfaces'], rows)
+    return table(['data set', 'visit occupied', 'points', 'boxes', 'rays'], rows)
 
 
 def agreement_block(reports):
+    """Counts of both peers together."""
     rows = []
     for report in reports.of(headlines()):
-        for peer, agreement in report['agreement'].items():
-            answers = [agreement[f'{kind}_queries'][place] for kind, place in QUERIES]
-            rows.append([title_of(report), PEERS[peer], f"{agreement['voxels']:,.0f}",
-                         f"{agreement['known_mismatch']:.0f}", f"{agreement['class_mismatch']:.0f}",
-                         f"{agreement['max_log_odds_difference']:.1e}",
-                         f"{sum(a['different'] for a in answers)} of "
-                         f"{sum(a['compared'] for a in answers):,}"])
-    return table(['data set', 'peer', 'known voxels', 'known to one only', 'different class',
-                  'largest log-odds difference', 'answers that differ'], rows)
+        agreements = report['agreement'].values()
+        answers = [agreement[f'{kind}_queries'][place] for agreement in agreements for kind, place in QUERIES]
+
+        def total(key):
+            return f'{sum(agreement[key] for agreement in agreements):.0f}'
+
+        rows.append([title_of(report), f"{max(agreement['voxels'] for agreement in agreements):,.0f}", total('known_mismatch'),
+                     total('class_mismatch'), f"{max(agreement['max_log_odds_difference'] for agreement in agreements):.1e}",
+                     f"{sum(a['different'] for a in answers)} of {sum(a['compared'] for a in answers):,}"])
+    return table(['data set', 'known voxels', 'known to one only', 'different class', 'largest log-odds difference',
+                  'answers that differ'], rows)
 
 
 def other_maps_block(reports):
-    """Every map that took part, this one first; it ends with the machine, which may be another than the page's."""
-    found = reports.of(other_maps())
+    """Every map that took part, where this one gains most and least; it ends with the machine, which may be another than the page's."""
+    shown = ((KITTI, 0.2), (RGBD, 0.05))
+    found = [report for report in reports.of(other_maps()) if (report['dataset'], report['resolution_m']) in shown]
 
     def cpu_s(figures):
         return figures['insert_cpu_s']
@@ -203,26 +201,28 @@ def other_maps_block(reports):
     def per_query(kind):  # None: not offered.
         return lambda figures: 1 / (figures[f'{kind}_queries_per_s']['near_surface'] or math.nan)
 
+    def median_speed(report, name, time_of):
+        value = time_of(report[name]) / time_of(report['cuboid_mapping'])
+        return '-' if math.isnan(value) else times(value)
+
     asked = [lambda figures: figures['access_occupied_s'], *map(per_query, ('point', 'box', 'ray'))]
     rows = []
     for report in found:
         for name, title in {'cuboid_mapping': 'here', **OTHER_MAPS}.items():
-            if name not in report:
+            if name not in report or name in ('octomap_lazy', 'ohm_rays'):
                 continue
             figures = report[name]
             is_own = name == 'cuboid_mapping'
-            peak = figures['bytes_peak']
             rows.append([title_of(report), title, f'{cpu_s(figures):.3g} s', '-' if is_own else speed(report, name, cpu_s),
-                         '-' if is_own else voxels_that_differ(report['agreement'][name]), f"{figures['cells']:,}",
-                         f"{figures['bytes_heap'] / 1e6:.1f} MB", '-' if peak is None else f'{peak / 1e6:.1f} MB',
-                         '-' if is_own else ' / '.join(speed(report, name, time_of) for time_of in asked)])
-    return with_machines(['data set', 'map', 'insertion', 'times', 'voxels that differ', 'cells', 'heap', 'peak',
-                          'times: visit occupied / points / boxes / rays at surfaces'], rows, found)
+                         '-' if is_own else share_that_differs(report['agreement'][name]), f"{figures['bytes_heap'] / 1e6:.1f} MB",
+                         '-' if is_own else '/'.join(median_speed(report, name, time_of) for time_of in asked)])
+    return with_machines(['data set', 'map', 'insertion', 'times', 'voxels that differ', 'heap',
+                          'visit/points/boxes/rays'], rows, found)
 
 
-def voxels_that_differ(agreement):
+def share_that_differs(agreement):
     different = agreement['known_mismatch'] + agreement['class_mismatch']
-    return f"{different:,.0f} ({different / agreement['voxels']:.2%})" if different else '0'
+    return f"{different / agreement['voxels']:.2%}" if different else '0'
 
 
 def growth_block(reports):
@@ -255,29 +255,26 @@ def exponent(points):
 
 
 VARIED = {'points of a cloud': lambda r: r['points'] / r['clouds'], '1 / edge of a voxel': lambda r: 1 / r['resolution_m'],
-          'size of the map': lambda r: r['laps'], 'threads': lambda r: r['threads']}
-SCALED = {'insertion of a cloud, CPU': lambda r, f: f['insert_cpu_s'] / r['clouds'],
-          'by the clock': lambda _, f: f['insert_s'], 'heap': lambda _, f: f['bytes_heap'],
-          'peak': lambda _, f: f['bytes_peak'], 'cells': lambda _, f: f['cells'],
+          'size of the map': lambda r: r['laps']}
+SCALED = {'insertion of a cloud, CPU': lambda r, f: f['insert_cpu_s'] / r['clouds'], 'heap': lambda _, f: f['bytes_heap'],
           'visit of the occupied': lambda _, f: f['access_occupied_s'],
-          **{f'a {kind}': lambda _, f, kind=kind: 1 / (f[f'{kind}_queries_per_s']['near_surface'] or math.nan)
-             for kind in ('point', 'box', 'ray')}}
+          'a point': lambda _, f: 1 / (f['point_queries_per_s']['near_surface'] or math.nan)}
 
 
 def scaling_block(reports):
-    """Exponents of each figure, of this map and of its peers, over what is varied; it ends with the machine."""
+    """Exponents of each figure, of this map and of OctoMap, over what is varied; it ends with the machine."""
     rows, used = [], []
     for varied, runs in scaling(is_large=True):
-        found = sorted(reports.of(runs), key=VARIED[varied])
+        found = sorted(reports.of(runs), key=VARIED[varied]) if varied in VARIED else []
         if len(found) < 2:
             continue
         used += found
-        names = [name for name in ('cuboid_mapping', *PEERS) if all(name in report for report in found)]
+        names = [name for name in ('cuboid_mapping', 'octomap') if all(name in report for report in found)]
         ends = [f'{VARIED[varied](report):,.3g}' for report in (found[0], found[-1])]
         data = title_of(found[-1]) if varied != '1 / edge of a voxel' else SHORT_NAMES[found[-1]['dataset']]
         rows.append([varied, data, f'{ends[0]} to {ends[1]}, {len(found)}',
-                     *(' / '.join(exponent([(VARIED[varied](report), figure(report, report[name])) for report in found]) for name in names)
-                       if title != 'by the clock' or varied == 'threads' else '-' for title, figure in SCALED.items())])
+                     *(' / '.join(exponent([(VARIED[varied](report), figure(report, report[name])) for report in found]).split(' ±')[0]
+                                for name in names) for figure in SCALED.values())])
     return with_machines(['varied', 'data set', 'from, to, runs', *SCALED], rows, used)
 
 
@@ -300,47 +297,42 @@ def median_with_interval(values):
     return f'{text} ({times(interval[0])} to {times(interval[1])})' if interval else text
 
 
-RATIOS = {'insertion': lambda f: f['insert_cpu_s'], 'heap': lambda f: f['bytes_heap'], 'visit occupied': lambda f: f['access_occupied_s'],
+RATIOS = {'insertion': lambda f: f['insert_cpu_s'], 'heap': lambda f: f['bytes_heap'],
           **{f'{kinds} at surfaces': lambda f, kind=kind: 1 / f[f'{kind}_queries_per_s']['near_surface']
-             for kind, kinds in (('point', 'points'), ('box', 'boxes'), ('ray', 'rays'))}}
+             for kind, kinds in (('point', 'points'), ('ray', 'rays'))}}
 
 
 def processes_block(reports):
-    """Ratios of each process; it ends with the machine, which may be another than the page's."""
+    """Ratios of each process, over OctoMap with the interval / over OpenVDB; it ends with the machine, which may be another than the page's."""
     rows, used = [], [report for report in reports.by_name.values() if report.get('shuffle')]
     for headline in HEADLINES:
         found = [report for report in used if (report['dataset'], report['resolution_m']) == headline]
-        for peer, title in PEERS.items():
-            of_peer = [report for report in found if peer in report]
-            if of_peer:
-                rows.append([title_of(of_peer[0]), title, f'{len(of_peer)}', *(
-                    median_with_interval([figure(report[peer]) / figure(report['cuboid_mapping']) for report in of_peer])
-                    for figure in RATIOS.values())])
-    return with_machines(['data set', 'peer', 'processes', *RATIOS], rows, used)
+        of_peers = [[report for report in found if peer in report] for peer in PEERS]
+        if found:
+            rows.append([title_of(found[0]), ' / '.join(f'{len(of_peer)}' for of_peer in of_peers if of_peer), *(
+                ' / '.join(say([figure(report[peer]) / figure(report['cuboid_mapping']) for report in of_peer])
+                           for say, peer, of_peer in zip((median_with_interval, lambda ratios: times(statistics.median(ratios))), PEERS, of_peers)
+                           if of_peer) for figure in RATIOS.values())])
+    return with_machines(['data set', 'processes', *RATIOS], rows, used)
 
 
 def samples_block(reports):
     rows, used = [], reports.of(sampled_clouds())
     for report in used:
         samples = report['cuboid_mapping']['cloud_samples']
-        row = [title_of(report), f"{samples['count']:,}"]
-        for clock in ('cpu_ms', 'wall_ms'):
-            ms = samples[clock]
-            row += [', '.join(f'{ms[key]:.3g}' for key in ('p50', 'p99', 'p99_9', 'max')) + ' ms', times(ms['p99'] / ms['p50'])]
-        rows.append(row)
-    return with_machines(['data set', 'clouds timed', 'CPU: p50, p99, p99.9, greatest', 'p99 over p50',
-                          'wall: p50, p99, p99.9, greatest', 'p99 over p50'], rows, used)
+        ms = samples['cpu_ms']
+        rows.append([title_of(report), f"{samples['count']:,}", *(f'{ms[key]:.3g} ms' for key in ('p50', 'p99', 'p99_9', 'max'))])
+    return with_machines(['data set', 'clouds timed', 'CPU: p50', 'p99', 'p99.9', 'greatest'], rows, used)
 
 
 def spacing_block(reports):
-    found = [(frames, reports.get(run)) for frames, run in spacings() if reports.get(run)]
+    found = [(frames, reports.get(run)) for frames, run in spacings() if reports.get(run) and run.dataset.split('_every_')[0] in (KITTI, RGBD)]
     rows = []
     for frames, report in found:
-        rows.append([title_of(report), f'{frames}', f"{report['clouds']}", f"{report['cuboid_mapping']['cells']:,}",
-                     *(gain(report, peer, figure) for figure in (lambda f: f['cells'], lambda f: f['bytes_heap'], lambda f: f['insert_cpu_s'])
-                       for peer in PEERS)])
-    return with_machines(['data set', 'one frame of', 'clouds', 'cuboids', "times in OctoMap's leaves", "in OpenVDB's voxels",
-                          'heap: OctoMap', 'OpenVDB', 'insertion: OctoMap', 'OpenVDB'], rows, [report for _, report in found])
+        rows.append([title_of(report), f'{frames}', f"{report['clouds']}",
+                     *(gain(report, 'octomap', figure) for figure in (lambda f: f['cells'], lambda f: f['bytes_heap'], lambda f: f['insert_cpu_s']))])
+    return with_machines(['data set', 'one frame of', 'clouds', "times in OctoMap's cells", 'heap', 'insertion'], rows,
+                         [report for _, report in found])
 
 
 def with_machines(head, rows, reports):

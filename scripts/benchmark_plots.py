@@ -60,7 +60,7 @@ def draw_plots(reports, folder):
     plots = {}
     resolution = Plot(folder / 'resolution.svg', 'voxel [m]', 'insertion, CPU ms per cloud')
     for dataset in (FR079, KITTI):
-        add_curves(resolution, ', ' + SHORT_NAMES[dataset].split(',')[0], resolution_sweep(dataset),
+        add_curves(resolution, ', ' + SHORT_NAMES[dataset], resolution_sweep(dataset),
                    reports, lambda r: r['resolution_m'], ms_per_cloud)
     plots['resolution'] = resolution
     max_range = Plot(folder / 'range.svg', 'max range [m]', 'insertion, CPU ms per cloud')

@@ -2,8 +2,7 @@
 """Runs of scripts/benchmark: data sets, resolutions and options of compare_maps."""
 import random
 
-SHORT_NAMES = {'kitti_0005_city': 'KITTI 0005, city', 'muehlburger_tor_standing': 'Mühlburger Tor, standing',
-               'sim_fr079': 'fr079, simulated', 'rgbd_7scenes': '7-Scenes, RGB-D'}
+SHORT_NAMES = {'kitti_0005_city': 'KITTI', 'muehlburger_tor_standing': 'Tor', 'sim_fr079': 'fr079', 'rgbd_7scenes': '7-Scenes'}
 PEERS = {'octomap': 'OctoMap', 'openvdb': 'OpenVDB'}
 OTHER_MAPS = {'octomap': 'OctoMap', 'octomap_lazy': 'OctoMap, lazy', 'octomap_discrete': 'OctoMap, discretized',
               'openvdb': 'OpenVDB', 'bonxai': 'Bonxai, grid', 'bonxai_map': 'Bonxai, own rays', 'ufomap': 'UFOMap', 'wavemap': 'wavemap, our voxels',

@@ -12,9 +12,7 @@ INSERTIONS = [('OctoMap, `insertPointCloud`', 'octomap'), ("OctoMap's tree, this
 
 
 def ablations_block(ablations):
-    rows = [[title, *(f"{part['insertion'][key]['median_s']:.3g} s ({part['insertion'][key]['min_s']:.3g} to "
-                      f"{part['insertion'][key]['max_s']:.3g})" for part in ablations.values())]
-            for title, key in INSERTIONS]
+    rows = [[title, *(f"{part['insertion'][key]['median_s']:.3g} s" for part in ablations.values())] for title, key in INSERTIONS]
     for title, key in (('points a second', 'points_per_s'), ('boxes of 2 m', 'boxes_per_s'),
                        ('rays of 30 m', 'rays_per_s')):
         for name, own in (('OctoMap', 'octomap'), ('masks', 'cuboid_mapping'), ('R-tree alone', 'tree_only')):
@@ -26,11 +24,13 @@ def ablations_block(ablations):
     return table(['', *ablations], rows)
 
 
+SHOWN = ('kitti_0005_city', 'sim_fr079')  # Outdoors and indoors, where a table of all sets says no more.
 INDEXES = ('rtree', 'brick_hash', 'list')
 
 
 def indexes_block(reports):
-    """CPU time of each query in the R-tree, and how many times that the hash and the list take."""
+    """CPU time of each query in the R-tree, and how many times that the hash and the list take: a set outdoors, and one indoors."""
+    reports = {dataset: reports[dataset] for dataset in SHOWN if dataset in reports}
     rows = []
     titles = [kind['queries'] for kind in next(iter(reports.values()))['queries']] if reports else []
     for number, title in enumerate(titles):
@@ -65,7 +65,7 @@ def boxes_block(ablations):
 
 
 def rate_block(rates, folder):
-    """A plot of each data set, and the row of each map at the two finest resolutions."""
+    """A plot of each data set, and the row of each map at the finest resolution."""
     lines, rows = [], []
     for dataset, report in rates.items():
         plot = Plot(folder / f'{dataset}_rate.svg', 'bits lost, of each voxel known at the finest resolution', 'memory [bytes]', is_measured=True)
@@ -75,11 +75,10 @@ def rate_block(rates, folder):
         lines.append(f'![{dataset}]({folder.name}/{plot.file.name})')
         finest = report['finest_m']
         for row in report['rows']:
-            if row['resolution_m'] <= 2.01 * finest:
-                rows.append([dataset, f"{row['resolution_m']:g} m", row['map'], f"{row['cells']:,}",
-                             f"{row['memory_bytes'] / 1e6:.3g} MB", f"{row['file_bytes'] / 1e6:.3g} MB" if row['file_bytes'] else '-',
-                             f"{row['lost_bits']:.3f}"])
-    return '\n'.join([table(['data set', 'voxels', 'map', 'cells', 'memory, its own figure', 'file', 'bits lost a voxel'], rows),
+            if row['resolution_m'] == finest and row['map'] != 'openvdb':
+                rows.append([f'{dataset}, {finest:g} m', row['map'], f"{row['cells']:,}",
+                             f"{row['memory_bytes'] / 1e6:.3g} MB", f"{row['lost_bits']:.3f}"])
+    return '\n'.join([table(['data set', 'map', 'cells', 'memory, its own figure', 'bits lost a voxel'], rows),
                       '', *lines])
 
 
@@ -104,20 +103,22 @@ def passing_block(report, folder):
         by_title.setdefault(passing_title(run), []).append(run)
 
     def figures(runs, figure):
-        return ', '.join(f'{figure(run):,}' for run in runs)
+        return f'{statistics.median(map(figure, runs)):,.0f}'
 
     def at(clouds, key):
         return lambda run: next(step[key] for step in run['over_time'] if step['clouds'] == clouds)
 
     rows = []
     for title, runs in by_title.items():
+        if title in ('growth, dynamic, settle_clouds 3', 'growth, dynamic, settle_clouds 30'):
+            continue
         is_octomap = title == 'OctoMap'
         rows.append([title, figures(runs, lambda run: run['left_voxels']), figures(runs, lambda run: run['remaining_voxels']),
-                     figures(runs, at(250, 'cells')), figures(runs, at(300, 'cells')),
+                     figures(runs, at(300, 'cells')),
                      '-' if is_octomap else figures(runs, at(300, 'splits')),
                      '-' if is_octomap else figures(runs, at(300, 'fused_again')),
-                     ', '.join(f"{sum(step['cpu_s'] for step in run['over_time']):.1f} s" for run in runs)])
-    lines = [table(['map', 'voxels when the walker leaves', '50 clouds later', 'cells when he leaves', '50 clouds later',
+                     f"{statistics.median(sum(step['cpu_s'] for step in run['over_time']) for run in runs):.1f} s"])
+    lines = [table(['map', 'voxels when the walker leaves', '50 clouds later', 'cells then',
                     'cuboids split', 'voxels fused again', 'CPU'], rows), '']
     for name, label, figure in (('cells', 'cells', lambda step, _: step['cells']),
                                 ('splits', 'cuboids split, in ten clouds',
@@ -131,14 +132,6 @@ def passing_block(report, folder):
         plot.draw()
         lines.append(f'![{label}]({folder.name}/{plot.file.name})')
     return '\n'.join(lines)
-
-
-def quartiles(values, form):
-    """Median (first to third quartile). @param form  As of format()."""
-    if len(values) < 2:
-        return f'{values[0]:{form}}' if values else '-'
-    first, middle, third = statistics.quantiles(values, n=4, method='inclusive')
-    return f'{middle:{form}} ({first:{form}} to {third:{form}})'
 
 
 WAYS = {'cuboid_mapping': 'corridor of this map', 'octomap': "OctoMap's leaves", 'voxels': 'voxel by voxel'}
@@ -156,22 +149,19 @@ def corridor_rows(reports):
 
 
 def corridors_block(reports):
+    """Medians over pairs: outdoors and indoors."""
     rows = []
-    for dataset, report in reports.items():
+    for dataset, report in ((dataset, reports[dataset]) for dataset in SHOWN if dataset in reports):
         shortest = {row['pair']: row['length_m'] for row in report['rows'] if row['map'] == 'voxels' and row['found']}
         for name, title in WAYS.items():
             of_map = [row for row in report['rows'] if row['map'] == name]
             found = [row for row in of_map if row['found'] and shortest[row['pair']] > 0]
             changed = [row for row in found if 'again' in row]
 
-            def figures(key, form):
-                return quartiles([row[key] for row in found], form)
-            rows.append([dataset, f"{report['resolution_m']:g} m", title, f'{len(found)} of {len(of_map)}',
-                         figures('boxes', '.0f'), figures('volume_m3', '.3g'),
-                         quartiles([row['length_m'] / shortest[row['pair']] for row in found], '.3f'),
-                         figures('plan_ms', '.3g'),
-                         f"{sum(row['is_corridor_hit'] for row in changed)}, {sum(row['is_path_hit'] for row in changed)} of {len(changed)}",
-                         quartiles([row['update_ms'] for row in changed if 'update_ms' in row], '.2g'),
-                         quartiles([row['again']['plan_ms'] for row in changed], '.3g')])
-    return table(['data set', 'voxels', 'way', 'found', 'boxes', 'volume [m3]', 'length, of voxel by voxel', 'plan [CPU ms]',
-                  'corridors, paths hit', 'update [CPU ms]', 'plan again [CPU ms]'], rows)
+            def median(figure):
+                return statistics.median(map(figure, found))
+            rows.append([f"{dataset}, {report['resolution_m']:g} m", title,
+                         f"{median(lambda row: row['boxes']):.0f}", f"{median(lambda row: row['volume_m3']):.3g}",
+                         f"{median(lambda row: row['length_m'] / shortest[row['pair']]):.3f}", f"{median(lambda row: row['plan_ms']):.3g}",
+                         f"{sum(row['is_corridor_hit'] for row in changed)}, {sum(row['is_path_hit'] for row in changed)} of {len(changed)}"])
+    return table(['data set', 'way', 'boxes', 'volume [m3]', 'length, of voxel by voxel', 'plan [CPU ms]', 'corridors, paths hit'], rows)

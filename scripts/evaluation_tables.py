@@ -83,13 +83,11 @@ def summary_block(runs):
 def strategies_block(runs):
     datasets = runs.datasets()
     variants = [('growth: step cell, starters sampled', {}),
-                ('search: largest gain', {'search': 'largest_gain'}), ('search: random', {'search': 'random'}),
-                *((f'search: {order}', {'search': order})
-                  for order in ('+z -z +x +y -x -y', '-x -y -z +x +y +z', '+x -x +y -y +z -z')),
+                ('search: largest gain', {'search': 'largest_gain'}),
                 ('step: own width', {'step': 'own_width'}), ('step: neighbour', {'step': 'neighbour'}),
                 ('starters: end points', {'starters': 'end_points'}),
                 ('starters: all changed', {'starters': 'changed'}),
-                ('no settling time', {'settle_clouds': 0}), ('static', {'environment': 'static'}),
+                ('static', {'environment': 'static'}),
                 ('step neighbour, starters changed', {'step': 'neighbour', 'starters': 'changed'})]
     rows = []
     for title, change in variants:
@@ -97,22 +95,15 @@ def strategies_block(runs):
         for dataset in datasets:
             octomap = runs.octomap(dataset)
             found = [run for run in (runs.find(dataset, fusion='growth', seed=seed, **change) for seed in (1, 2, 3)) if run]
-            row.append(f"{spread([100 * run['cells'] / octomap['cells'] for run in found], '.1f', ' %')}, "
-                       f"{spread([run['insert_cpu_s'] for run in found], '.1f', ' s')}" if found else '-')
+            row.append(f"{statistics.median(100 * run['cells'] / octomap['cells'] for run in found):.1f} %" if found else '-')
         rows.append(row)
     for fusion in ('class', 'none'):
-        row = [f'fusion {fusion}']
-        for dataset in datasets:
-            run = runs.find(dataset, fusion=fusion)
-            row.append(f"{share(run, runs.octomap(dataset))}, {run['insert_cpu_s']:.1f} s" if run else '-')
-        rows.append(row)
+        rows.append([f'fusion {fusion}', *(share(runs.find(dataset, fusion=fusion), runs.octomap(dataset)) for dataset in datasets)])
     return table(['strategy', *datasets], rows)
 
 
 READINGS = [('as written', {}), ('(6): cells need not fill it', {'gap_free': False}),
-            ('largest face first', {'along': False}), ('(5): by one voxel', {'step': 'cell'}),
-            ('by one voxel, largest face first', {'step': 'cell', 'along': False}),
-            ('by one voxel, need not fill it', {'step': 'cell', 'gap_free': False})]
+            ('largest face first', {'along': False}), ('(5): by one voxel', {'step': 'cell'})]
 
 
 def readings_block(runs):
@@ -132,19 +123,17 @@ def readings_block(runs):
 
 
 def letter_block(runs):
-    """The paper to the letter over resolutions and M, beside OctoMap's run of the same process."""
-    branchings = (4, 8, 16, 32, 64)
+    """The paper to the letter over M, beside OctoMap's run of the same process."""
+    branchings = (8, 32, 64)
     rows = []
     for dataset in runs.datasets():
-        for resolution in sorted({run['resolution_m'] for run in runs.runs if run['dataset'] == dataset}):
-            octomap = runs.octomap(dataset, resolution_m=resolution)
-            found = [runs.letter(dataset, resolution_m=resolution, M=branching, samples_per_m=USUAL_SAMPLES_PER_M)
-                     for branching in branchings]
-            shares = {share(run, octomap) for run in found if run}
-            rows.append([dataset, f'{resolution:g} m', f"{octomap['hierarchy_nodes']:,}", ', '.join(sorted(shares))] + [
-                f"{run['hierarchy_nodes']:,}; {octomap['insert_cpu_s'] / run['insert_cpu_s']:.2f}; "
-                f"{octomap['access_occupied_ms'] / run['access_occupied_ms']:.1f}" if run else '-' for run in found])
-    return table(['data set', 'voxels', "OctoMap's nodes", "cells, of OctoMap's", *(f'M = {m}' for m in branchings)], rows)
+        octomap = runs.octomap(dataset)
+        found = [runs.letter(dataset, M=branching, samples_per_m=USUAL_SAMPLES_PER_M) for branching in branchings]
+        shares = {share(run, octomap) for run in found if run}
+        rows.append([dataset, ', '.join(sorted(shares))] + [
+            f"{run['hierarchy_nodes'] / octomap['hierarchy_nodes']:.2f}; {octomap['insert_cpu_s'] / run['insert_cpu_s']:.2f}; "
+            f"{octomap['access_occupied_ms'] / run['access_occupied_ms']:.1f}" if run else '-' for run in found])
+    return table(['data set', "cells, of OctoMap's", *(f'M = {m}' for m in branchings)], rows)
 
 
 def starters_block(runs):
@@ -173,9 +162,9 @@ def spacing_block(finer, spacings):
         for frames, name, found in sets:
             octomap = found.octomap(name)
             if octomap:
-                rows.append([dataset, f'{frames}', f"{octomap['clouds']}", f"{octomap['cells']:,}", share(found.letter(name), octomap),
+                rows.append([dataset, f'{frames}', f"{octomap['clouds']}", share(found.letter(name), octomap),
                              share(found.find(name, fusion='growth'), octomap)])
-    return table(['data set', 'one frame of', 'clouds', "OctoMap's cells", 'the paper, to the letter', 'growth'], rows)
+    return table(['data set', 'one frame of', 'clouds', 'the paper, to the letter', 'growth'], rows)
 
 
 def resolutions_block(runs):
@@ -189,22 +178,6 @@ def resolutions_block(runs):
     return table(['data set', 'fusion', *(f'{resolution:g} m' for resolution in resolutions)], rows)
 
 
-def speed_block(runs):
-    """How many times as fast as OctoMap growth is, by M: insertion, visit of the occupied cells."""
-    branchings = (8, 16, 32, 64)
-    rows = []
-    for dataset in runs.datasets():
-        for resolution in sorted({run['resolution_m'] for run in runs.runs if run['dataset'] == dataset}):
-            octomap = runs.octomap(dataset, resolution_m=resolution)
-            row = [dataset, f'{resolution:g} m']
-            for branching in branchings:
-                run = runs.find(dataset, fusion='growth', M=branching, resolution_m=resolution)
-                row.append(f"{octomap['insert_cpu_s'] / run['insert_cpu_s']:.2f}; "
-                           f"{octomap['access_occupied_ms'] / run['access_occupied_ms']:.1f}" if run and octomap else '-')
-            rows.append(row)
-    return table(['data set', 'voxels', *(f'M = {branching}' for branching in branchings)], rows)
-
-
 def stability_block(runs, ablations):
     """Cells of growth, predicted from the stable voxels: all others are single cells, and of these SIZE form one."""
     def state(dataset, number):
@@ -216,40 +189,31 @@ def stability_block(runs, ablations):
     size = stable / (growth - unstable)
     rows = []
     for dataset, part in ablations.items():
-        total = len(part['stability'])
-        for number in sorted({max(1, total * quarter // 4) for quarter in (1, 2, 3, 4)}):
-            unstable, stable, octomap, growth = state(dataset, number)
-            percents = (stable / (unstable + stable), unstable / octomap, growth / octomap, (unstable + stable / size) / octomap)
-            rows.append([dataset, str(number), f'{100 * percents[0]:.1f} %', f'{octomap:,}',
-                         *(f'{100 * percent:.1f} %' for percent in percents[1:])])
-    return table(['data set', 'clouds', 'stable voxels', "OctoMap's cells", 'unstable voxels, as share of these',
+        unstable, stable, octomap, growth = state(dataset, len(part['stability']))
+        percents = (stable / (unstable + stable), unstable / octomap, growth / octomap, (unstable + stable / size) / octomap)
+        rows.append([dataset, *(f'{100 * percent:.1f} %' for percent in percents)])
+    return table(['data set', 'stable voxels', 'unstable voxels, as share of these',
                   'growth', f'model, {size:.1f} stable voxels a cell'], rows)
 
 
 def rotation_block(runs):
+    angles = (0.0, 45.0)
     rows = []
     for dataset in runs.datasets():
         for fusion in ('growth', 'class'):
-            row = [dataset, fusion]
-            for angle in (0.0, 10.0, 30.0, 45.0):
-                run = runs.find(dataset, fusion=fusion, rotation_deg=angle)
-                octomap = runs.octomap(dataset, rotation_deg=angle)
-                row.append(f"{run['cells']:,}: {share(run, octomap)}" if run and octomap else '-')
-            rows.append(row)
-    return table(['data set', 'fusion', '0 degrees', '10', '30', '45'], rows)
+            rows.append([dataset, fusion, *(share(runs.find(dataset, fusion=fusion, rotation_deg=angle), runs.octomap(dataset, rotation_deg=angle))
+                                            for angle in angles)])
+    return table(['data set', 'fusion', '0 degrees', '45'], rows)
 
 
 def hierarchy_block(runs):
+    branchings = (8, 16, 32, 64)
     rows = []
     for dataset in runs.datasets():
-        octomap = runs.octomap(dataset)
-        row = [dataset, f"{octomap['hierarchy_nodes']:,}"]
-        for branching in (2, 4, 8, 16, 32, 64):
-            run = runs.find(dataset, fusion='growth', M=branching)
-            row.append(f"{run['hierarchy_nodes']:,}; {run['insert_us_per_point']:.1f} us; "
-                       f"{run['nodes_of_point_query']:.1f} of {run['height']}" if run else '-')
-        rows.append(row)
-    return table(['data set', 'OctoMap, inner nodes', *(f'M = {m}' for m in (2, 4, 8, 16, 32, 64))], rows)
+        nodes = [run['hierarchy_nodes'] if run else None for run in (
+            runs.octomap(dataset), *(runs.find(dataset, fusion='growth', M=branching) for branching in branchings))]
+        rows.append([dataset, *(f'{number:,}' if number else '-' for number in nodes)])
+    return table(['data set', 'OctoMap, inner nodes', *(f'M = {m}' for m in branchings)], rows)
 
 
 def repeats_block(repetitions):
@@ -257,17 +221,10 @@ def repeats_block(repetitions):
     rows = []
     datasets = dict.fromkeys(dataset for runs in repetitions for dataset in runs.datasets())
     for dataset in datasets:
-        resolutions = sorted({run['resolution_m'] for runs in repetitions for run in runs.runs if run['dataset'] == dataset})
-        for resolution in resolutions:
-            for title, find in (('growth', lambda runs, r: runs.find(dataset, fusion='growth', resolution_m=r)),
-                                ('the paper, to the letter', lambda runs, r: runs.letter(dataset, resolution_m=r))):
-                pairs = [(runs.octomap(dataset, resolution_m=resolution), find(runs, resolution)) for runs in repetitions]
-                pairs = [(octomap, own) for octomap, own in pairs if octomap and own]
-                if not pairs:
-                    continue
-                rows.append([dataset, f'{resolution:g} m', title, str(len(pairs)),
-                             spread([octomap['insert_cpu_s'] for octomap, _ in pairs], '.3g', ' s'),
-                             spread([own['insert_cpu_s'] for _, own in pairs], '.3g', ' s'),
-                             *(spread([octomap[key] / own[key] for octomap, own in pairs], form) for key, form in
-                               (('insert_cpu_s', '.2f'), ('access_occupied_ms', '.1f')))])
-    return table(['data set', 'voxels', 'map', 'runs', 'OctoMap', 'here', 'insertion: times as fast', 'visit: times as fast'], rows)
+        for title, find in (('growth', lambda runs: runs.find(dataset, fusion='growth')), ('the paper, to the letter', lambda runs: runs.letter(dataset))):
+            pairs = [(runs.octomap(dataset), find(runs)) for runs in repetitions]
+            pairs = [(octomap, own) for octomap, own in pairs if octomap and own]
+            if pairs:
+                rows.append([dataset, title, *(spread([octomap[key] / own[key] for octomap, own in pairs], form) for key, form in
+                                               (('insert_cpu_s', '.2f'), ('access_occupied_ms', '.1f')))])
+    return table(['data set', 'map', 'insertion: times as fast', 'visit: times as fast'], rows)
