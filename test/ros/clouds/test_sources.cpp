@@ -187,7 +187,7 @@ TEST(Sources, AtMostSoManyMessagesASecondPass) {
 TEST(Sources, OfTheDocumentAndTheExampleAreTaken) {
   using cuboid_mapping::test::readText;
   const std::string root = std::string(CUBOID_MAPPING_SOURCE_DIR) + '/';
-  const std::string page = readText(root + "doc/sensors.md");
+  const std::string page = readText(root + "doc/sensors.md") + readText(root + "doc/clean_maps.md");
   const cuboid_mapping::test::TemporaryFolder folder;
   std::vector<std::string> files{root + "config/sensors.yaml"};
   const std::string fence = "```yaml\n";
