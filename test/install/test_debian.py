@@ -45,7 +45,7 @@ class DebianTest(unittest.TestCase):
 
     def test_what_the_node_needs_to_run_is_what_the_list_has(self):
         needed = names(self.node['Depends']) | names(self.node['Recommends'])
-        own = {'python3', 'python3-rospy', 'python3-cuboid-map'}
+        own = {'python3', 'python3-rospy', 'python3-cuboid-map', 'ros-cuboid-mapping-demo'}
         self.assertEqual(listed('run'), needed - own)
         self.assertFalse(names(self.node['Depends']) & names(self.node['Recommends']))
 
