@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Clouds with arbitrary fields, sizes, strides and byte order, from the message to the map.
 #include "cuboid_mapping/map/cuboid_map.h"
-#include "cuboid_mapping/ros/clouds/cloud_pipeline.h"
+#include "cuboid_mapping/ros/mapping/sensor_input.h"
 
 #include "fuzz_cloud_message.h"
 #include "fuzz_target.h"
@@ -54,12 +54,11 @@ FUZZ_TARGET(fuzz_clouds) {
   poses.T_map_sensor = poses.T_map_cloud;
   const sensor_msgs::PointCloud2 cloud = takeCloud(input);
   checkConversion(cloud, parameters);
-  CloudPipeline pipeline(parameters, parameters.source);
-  NodeStatistics statistics;
-  std::optional<CloudError> error;
-  const auto* update = pipeline.compute({boost::make_shared<sensor_msgs::PointCloud2>(cloud)},
-                                        poses, statistics, error);
-  require((update == nullptr) == error.has_value());
+  SensorInput sensor(parameters, parameters.source);
+  const Observed observed =
+      input.compute({boost::make_shared<sensor_msgs::PointCloud2>(cloud)}, poses);
+  const auto* update = observed.update;
+  require((update == nullptr) == observed.error.has_value());
   if (update == nullptr) return 0;
   cuboid_mapping::CuboidMap map(makeMapConfig(parameters));
   map.apply(*update);

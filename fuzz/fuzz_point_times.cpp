@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Times of points: clouds whose field of times has any type and place, and scans; divided into slices for deskew.
 #include "cuboid_mapping/ros/conversions/point_bytes.h"
-#include "cuboid_mapping/ros/conversions/sweep.h"
+#include "cuboid_mapping/ros/deskew/sweep.h"
 
 #include "fuzz_cloud_message.h"
 #include "fuzz_target.h"

@@ -25,7 +25,7 @@ FOLDER = BUILD / 'lint'
 LINES_OF_BATCH = 60000
 # They define again what another source defines: they make batches of their own.
 APART = {
-    'src/cuboid_mapping/ros/clouds/robot_description_missing.cpp',
+    'src/cuboid_mapping/ros/self_filter/robot_description_missing.cpp',
     'test/support/failing_allocation.cpp',
 }
 OPTIONAL = pathlib.Path('benchmark/peers')  # Needs headers that not every machine has.

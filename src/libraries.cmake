@@ -191,10 +191,10 @@ if(NOT CUBOID_MAPPING_NODE)
 endif()
 
 # The shape of the robot, for self_filter.
-set(robot_description cuboid_mapping/ros/clouds/robot_description.cpp)
+set(robot_description cuboid_mapping/ros/self_filter/robot_description.cpp)
 if(NOT urdf_FOUND OR NOT geometric_shapes_FOUND)
   cuboid_mapping_left_out(self_filter/robot_description "liburdf-dev libgeometric-shapes-dev")
-  set(robot_description cuboid_mapping/ros/clouds/robot_description_missing.cpp)
+  set(robot_description cuboid_mapping/ros/self_filter/robot_description_missing.cpp)
   unset(urdf_LIBRARIES)
   unset(geometric_shapes_LIBRARIES)
 endif()

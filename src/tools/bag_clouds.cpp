@@ -3,7 +3,6 @@
 
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/text.h"
-#include "cuboid_mapping/ros/clouds/self_filter.h"
 #include "cuboid_mapping/ros/conversions/points.h"
 #include "cuboid_mapping/ros/diagnostics/diagnostics.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
@@ -149,7 +148,7 @@ BagClouds::BagClouds(std::string program, const BagOptions& options)
     say(chosen.notes);
     parameters_ = chosen.parameters;
   }
-  loadRobotParts(parameters_, [](const std::string& /*name*/) -> std::optional<std::string> {
+  readReferences(parameters_, [](const std::string& /*name*/) -> std::optional<std::string> {
     throw std::runtime_error(
         "self_filter/robot_description: there is no parameter server here; name a file in "
         "self_filter/urdf_file");
@@ -243,7 +242,6 @@ void BagClouds::walkOne(const SensorMessage& cloud, const Take& take) {
   Stopwatch stopwatch;
   Origin origin{cloud.header().stamp, cloud.source};
   const cuboid_mapping::ScanUpdate* update = compute(cloud, origin);
-  if (update != nullptr) ++statistics_.num_inserted;
   take(update, origin);
   if (update == nullptr) return;
   watch_->noteInserted(1e-3 * stopwatch.lap(), statistics_.reach_m, cloud.source);
@@ -265,17 +263,20 @@ const cuboid_mapping::ScanUpdate* BagClouds::compute(const SensorMessage& cloud,
     return nullptr;
   }
   origin.window_center_map = poses->window_center_map;
-  std::optional<CloudError> error;
-  const auto* update = source.pipeline.compute(cloud, *poses, statistics_, error);
-  for (const std::string& warning : source.pipeline.takeWarnings()) {
+  const Observed observed = source.input.compute(cloud, *poses);
+  for (const std::string& warning : source.input.takeWarnings()) {
     say({"warning: " + nameOf(source.parameters) + ": " + warning});
   }
-  if (update == nullptr) leaveOut(error->defect, error->text);
-  return update;
+  if (observed.error) {
+    leaveOut(observed.error->defect, observed.error->text);
+  } else {
+    statistics_.addInserted(observed.figures);
+  }
+  return observed.update;
 }
 
 PoseSearch BagClouds::findPosesOf(const SensorMessage& cloud, const Source& source) const {
-  const Slices slices = readSlices(cloud, source.parameters);
+  const Slices slices = source.input.findSlices(cloud);
   const TfBuffer& tf = transforms_.buffer();
   if (!poses_) return findPoses(tf, source.frames, cloud.header(), slices);
   return findPosesOn(poses_->track, poses_->body_frame_id, tf, source.frames, cloud.header(),

@@ -8,8 +8,8 @@
 #include "command_line.h"
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/map/progress_listener.h"
-#include "cuboid_mapping/ros/clouds/cloud_pipeline.h"
 #include "cuboid_mapping/ros/diagnostics/cloud_ledger.h"
+#include "cuboid_mapping/ros/mapping/sensor_input.h"
 #include "scan_messages.h"
 
 #include <array>

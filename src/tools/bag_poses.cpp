@@ -130,9 +130,8 @@ PoseSearch findPosesOn(const PoseTrack& track, const std::string& body_frame_id,
     part.T_map_cloud = roundTransform(T_map_body * part.T_map_cloud);
     part.T_map_sensor = roundTransform(T_map_body * part.T_map_sensor);
     if (part.body) part.body->T_map_body = roundTransform(T_map_body * part.body->T_map_body);
-    if (part.T_map_base) part.T_map_base = T_map_body * *part.T_map_base;
     part.window_center_map = T_map_body * part.window_center_map;
-    for (Eigen::Isometry3d& T_map_part : part.T_map_parts) T_map_part = T_map_body * T_map_part;
+    for (Eigen::Isometry3d& T_map_step : part.T_map_steps) T_map_step = T_map_body * T_map_step;
     return true;
   };
   CloudPoses poses = *search.poses;

@@ -2,8 +2,8 @@
 #include "bag_sources.h"
 
 #include "bag_topics.h"
-#include "cuboid_mapping/ros/clouds/source_subscriber.h"
 #include "cuboid_mapping/ros/conversions/compressed_depth.h"
+#include "cuboid_mapping/ros/mapping/source_subscriber.h"
 #include "cuboid_mapping/ros/middleware/rate_limit.h"
 
 #include <algorithm>

@@ -2,8 +2,8 @@
 #include "bag_topics.h"
 
 #include "cuboid_mapping/io/text.h"
-#include "cuboid_mapping/ros/clouds/source_subscriber.h"
 #include "cuboid_mapping/ros/conversions/compressed_depth.h"
+#include "cuboid_mapping/ros/mapping/source_subscriber.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 
 #include <rosbag/view.h>

@@ -3,9 +3,9 @@
 #pragma once
 
 #include "cuboid_mapping/io/map_files.h"
-#include "cuboid_mapping/ros/clouds/cloud_pipeline.h"
 #include "cuboid_mapping/ros/mapping/cloud_queue.h"
 #include "cuboid_mapping/ros/mapping/guarded_map.h"
+#include "cuboid_mapping/ros/mapping/sensor_input.h"
 #include "cuboid_mapping/sharing/map_follower.h"
 
 #include <cmath>
@@ -29,10 +29,10 @@ class PlainReplay {
       : map_(makeMapConfig(parameters)), sources_(makeSources(parameters)) {}
 
   void insert(const SensorMessage& cloud, const CloudPoses& poses) {
-    std::optional<CloudError> error;
     Source& source = *sources_.at(cloud.source);
-    const auto* update = source.pipeline.compute(cloud, poses, statistics_, error);
-    if (update != nullptr) (void)map_.apply(*update, source.pipeline.sensorModel());
+    const Observed observed = source.input.compute(cloud, poses);
+    const auto* update = observed.update;
+    if (update != nullptr) (void)map_.apply(*update, source.input.sensorModel());
   }
   void setParameters(const NodeParameters& parameters) {
     sources_ = makeSources(parameters);
@@ -43,7 +43,6 @@ class PlainReplay {
  private:
   CuboidMap map_;
   std::vector<std::unique_ptr<Source>> sources_;
-  NodeStatistics statistics_;
 };
 
 /// The work of MappingNode on its parts, without roscpp.
@@ -159,16 +158,16 @@ class SimulatedNode {
       ++statistics_.numDropped(DropReason::kPaused);
       return;
     }
-    std::optional<CloudError> error;
     Source& source = *sources_.at(cloud.source);
-    const auto* update = source.pipeline.compute(cloud, poses, statistics_, error);
+    const Observed observed = source.input.compute(cloud, poses);
+    const auto* update = observed.update;
     if (update == nullptr) {
-      ++statistics_.numDropped(error->defect);
+      ++statistics_.numDropped(observed.error->defect);
       return;
     }
-    map_.integrate(cloud.header().stamp, *update, source.pipeline.sensorModel(),
+    map_.integrate(cloud.header().stamp, *update, source.input.sensorModel(),
                    poses.T_map_sensor.translation());
-    ++statistics_.num_inserted;
+    statistics_.addInserted(observed.figures);
     inserted_.push_back({cloud, poses});
   }
 

@@ -2,7 +2,7 @@
 #include "cuboid_mapping/ros/conversions/sensor_conversions.h"
 
 #include "cuboid_mapping/interop/octomap_parity.h"
-#include "cuboid_mapping/ros/clouds/cloud_pipeline.h"
+#include "cuboid_mapping/ros/mapping/sensor_input.h"
 #include "ros/cloud_messages.h"
 #include "support/random.h"
 
@@ -293,12 +293,11 @@ void expectParity(const SensorMessage& message, SourceType type,
                       Eigen::AngleAxisd(0.3, Eigen::Vector3d(0.2, 0.5, 1.0).normalized());
   poses.T_map_sensor = poses.T_map_cloud;
   Source source(parameters, parameters.source);
-  NodeStatistics statistics;
-  std::optional<CloudError> error;
-  const auto* update = source.pipeline.compute(message, poses, statistics, error);
-  ASSERT_NE(update, nullptr) << error->text;
+  const Observed observed = source.input.compute(message, poses);
+  const auto* update = observed.update;
+  ASSERT_NE(update, nullptr) << observed.error->text;
   cuboid_mapping::CuboidMap map(makeMapConfig(parameters));
-  (void)map.apply(*update, source.pipeline.sensorModel());
+  (void)map.apply(*update, source.input.sensorModel());
   octomap::OcTree tree = cuboid_mapping::makeOctomap(makeMapConfig(parameters));
   cuboid_mapping::insertIntoOctomap(
       cuboid_mapping::makeScan(poses.T_map_cloud, poses.T_map_sensor.translation(), points_sensor),
@@ -342,12 +341,11 @@ TEST(SensorConversions, TheEndMarginOfASourceIsOfItsBeamsThatClear) {
     Source source(parameters, parameters.source);
     CloudPoses poses;
     poses.T_map_cloud = poses.T_map_sensor = Eigen::Isometry3d::Identity();
-    NodeStatistics statistics;
-    std::optional<CloudError> error;
     const SensorMessage scan{
         boost::make_shared<LaserScan>(laserScan(std::vector<float>(300, 4.0F)))};
-    const auto* update = source.pipeline.compute(scan, poses, statistics, error);
-    ASSERT_NE(update, nullptr) << error->text;
+    const Observed observed = source.input.compute(scan, poses);
+    const auto* update = observed.update;
+    ASSERT_NE(update, nullptr) << observed.error->text;
     int hits = 0;
     int misses = 0;
     int grazes = 0;

@@ -65,7 +65,7 @@ class CloudQueueTest : public ::testing::Test {
     callbacks.find_poses = [this](const SensorMessage& cloud, const Slices&) {
       return search(cloud.header());
     };
-    callbacks.read_slices = [this](const SensorMessage&) {
+    callbacks.find_slices = [this](const SensorMessage&) {
       ++num_times_read_;
       return Slices();
     };

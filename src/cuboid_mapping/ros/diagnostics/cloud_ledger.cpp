@@ -106,14 +106,13 @@ bool CloudLedger::noteReceived(std::size_t source, const std_msgs::Header& heade
   return true;
 }
 
-void CloudLedger::noteInserted(std::size_t source, const NodeStatistics& work, const Times& times) {
+void CloudLedger::noteInserted(std::size_t source, const CloudFigures& cloud, const Times& times) {
   const std::lock_guard<std::mutex> lock(mutex_);
   ++figures_.sources.at(source).statistics.num_inserted;
   figures_.last_progress = Clock::now();
-  figures_.statistics.takeWork(work);
-  ++figures_.statistics.num_inserted;
+  figures_.statistics.addInserted(cloud);
   figures_.lag_s = times.lag_s;
-  speed_watch_.noteInserted(times.work_s, work.reach_m, source);
+  speed_watch_.noteInserted(times.work_s, cloud.reach_m, source);
 }
 
 void CloudLedger::noteDropped(std::size_t source, DropReason reason,

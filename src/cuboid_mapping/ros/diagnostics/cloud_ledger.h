@@ -32,7 +32,7 @@ class SpeedWatch {
 
   /// Notes an arrived cloud, also if it is dropped later. Ignores stamps that do not rise.
   void noteReceived(double stamp_s, std::size_t source = 0);
-  /// Notes a cloud in the map. @param reach_m  See NodeStatistics::reach_m.
+  /// Notes a cloud in the map. @param reach_m  See CloudFigures::reach_m.
   void noteInserted(double duration_s, double reach_m, std::size_t source = 0);
 
   /// Rate of a source over its last clouds, without gaps from lost clouds; nothing before the third.
@@ -115,9 +115,8 @@ class CloudLedger {
     double work_s = 0.0;
     double lag_s = 0.0;  ///< From its arrival until it was in the map.
   };
-  /// Notes that a received message is in the map. @param work  Figures of the points and times of all clouds so
-  /// far.
-  void noteInserted(std::size_t source, const NodeStatistics& work, const Times& times);
+  /// Notes that a received message is in the map.
+  void noteInserted(std::size_t source, const CloudFigures& cloud, const Times& times);
   /// Notes that a received message is not in the map; logs why, the same reason every 10 s at most. Throws
   /// nothing.
   /// @param text  Empty: nothing new to log.

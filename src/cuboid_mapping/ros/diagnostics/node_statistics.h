@@ -51,40 +51,55 @@ class Stopwatch {
   Clock::time_point start_ = Clock::now();
 };
 
-/// Counts of clouds since the start of the node. Not thread-safe.
-struct NodeStatistics {
-  std::uint64_t num_received = 0;
-  std::uint64_t num_inserted = 0;
-  std::array<std::uint64_t, kNumDropReasons> num_dropped{};  ///< By DropReason.
-
-  // Points of inserted clouds.
+/// Counts of points.
+struct PointCounts {
   std::uint64_t num_points = 0;        ///< Points that took part, with beams without return.
   std::uint64_t num_invalid = 0;       ///< Points that are no returns, see CloudPoints.
   std::uint64_t num_odd_times = 0;     ///< With deskew: points with a time outside the sweep.
   std::uint64_t num_filtered = 0;      ///< Points too near, or outside the crop box.
   std::uint64_t num_on_robot = 0;      ///< Points left out by self_filter.
   std::uint64_t num_out_of_range = 0;  ///< Points outside the cells that a map can have.
-  double reach_m =
-      0.0;  ///< Range within which 95 % of the last cloud's points lie, before any cut.
   std::uint64_t num_too_far = 0;  ///< Points beyond kMaxBeamVoxels that max_range does not cut.
+};
 
-  StageTime convert_time;   ///< From message to scan: conversion and filter.
-  StageTime ray_walk_time;  ///< From scan to voxels.
-  StageTime apply_time;     ///< From voxels to the map.
+/// Figures of one cloud.
+struct CloudFigures : PointCounts {
+  double reach_m = 0.0;      ///< Range within which 95 % of its points lie, before any cut.
+  double convert_ms = 0.0;   ///< From message to scan: conversion and filter.
+  double ray_walk_ms = 0.0;  ///< From scan to voxels.
+  double apply_ms = 0.0;     ///< From voxels to the map.
+};
 
+/// Counts of clouds since the start of the node, and of the points of those in the map. Not thread-safe.
+struct NodeStatistics : PointCounts {
+  std::uint64_t num_received = 0;
+  std::uint64_t num_inserted = 0;
+  std::array<std::uint64_t, kNumDropReasons> num_dropped{};  ///< By DropReason.
+  double reach_m = 0.0;                                      ///< That of the last cloud.
+  StageTime convert_time;                                    ///< See CloudFigures.
+  StageTime ray_walk_time;
+  StageTime apply_time;
+
+  /// Counts a cloud in the map.
+  void addInserted(const CloudFigures& cloud) {
+    ++num_inserted;
+    num_points += cloud.num_points;
+    num_invalid += cloud.num_invalid;
+    num_odd_times += cloud.num_odd_times;
+    num_filtered += cloud.num_filtered;
+    num_on_robot += cloud.num_on_robot;
+    num_out_of_range += cloud.num_out_of_range;
+    num_too_far += cloud.num_too_far;
+    reach_m = cloud.reach_m;
+    convert_time.add(cloud.convert_ms);
+    ray_walk_time.add(cloud.ray_walk_ms);
+    apply_time.add(cloud.apply_ms);
+  }
   [[nodiscard]] std::uint64_t& numDropped(DropReason reason) {
     return num_dropped[static_cast<std::size_t>(reason)];
   }
   [[nodiscard]] std::uint64_t numDropped(DropReason reason) const {
     return num_dropped[static_cast<std::size_t>(reason)];
-  }
-  /// Copies the figures of points and times; the counts of clouds stay.
-  void takeWork(const NodeStatistics& work) {
-    NodeStatistics taken = work;
-    taken.num_received = num_received;
-    taken.num_inserted = num_inserted;
-    taken.num_dropped = num_dropped;
-    *this = taken;
   }
   /// Number of clouds with nothing to map.
   [[nodiscard]] std::uint64_t numEmpty() const {

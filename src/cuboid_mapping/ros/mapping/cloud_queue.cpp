@@ -150,7 +150,7 @@ void CloudQueue::search(Entry& entry, const Entry* blocked) {
       entry.search = blocked->search;
       return;
     }
-    if (!entry.slices) entry.slices = callbacks_.read_slices(entry.cloud);
+    if (!entry.slices) entry.slices = callbacks_.find_slices(entry.cloud);
     entry.search = callbacks_.find_poses(entry.cloud, *entry.slices);
   } catch (const std::exception&) {
     entry.search = PoseSearch();  // There is no memory for its poses: it waits.

@@ -63,8 +63,8 @@ class CloudQueue {
 
   struct Callbacks {
     FindPoses find_poses;
-    /// Result of readSlices(), made once for each cloud.
-    std::function<Slices(const SensorMessage& cloud)> read_slices = [](const SensorMessage&) {
+    /// Called once for each cloud; see SensorStep.
+    std::function<Slices(const SensorMessage& cloud)> find_slices = [](const SensorMessage&) {
       return Slices();
     };
     /// Called for each dropped cloud. Must not throw, nor call this object. @param text  Empty: nothing new to

@@ -10,6 +10,8 @@
 #include "cuboid_mapping/ros/middleware/callback_guard.h"
 #include "cuboid_mapping/ros/parameters/parameter_table.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
+#include "cuboid_mapping/scan/scan.h"
+#include "cuboid_mapping/scan/scan_update.h"
 
 #include <diagnostic_updater/diagnostic_updater.h>
 #include <ros/node_handle.h>
@@ -37,6 +39,13 @@ struct MappedCloud {
   const ScanUpdate& mapped;        ///< Voxels that went into the map: without moving points.
 };
 
+/// A cloud on its way into the map.
+struct CloudInWork {
+  const std::vector<Scan>& scans;  ///< Its beams in the map's frame.
+  ros::Time stamp;
+  Eigen::Vector3d window_center_map;  ///< See CloudPoses.
+};
+
 /// What the node shares with its features; outlives them. The members are thread-safe.
 struct MapHost {
   ros::NodeHandle nh;                  ///< For topics; callbacks come from the publishing thread.
@@ -51,7 +60,7 @@ struct MapHost {
   const std::atomic<bool>& is_stopping;  ///< The node ends: ends long calls.
   const std::atomic<bool>& is_paused;    ///< ~pause: nothing goes into the map.
   std::function<void()> publish_soon;    ///< Publishes a change that no cloud has made.
-  std::function<void()> note_replaced;   ///< Forgets what clouds have told of the map before.
+  std::function<void()> note_replaced;  ///< Calls onReplaced() of all features, between two clouds.
   /// Counts an observation that is not one of the node's sources. @return Whether it may be used.
   std::function<bool(const std_msgs::Header&)> note_received;
   /// Tells all features that an observation has entered the map; null: it was left out.
@@ -83,6 +92,7 @@ class MapFeature {
   [[nodiscard]] static std::vector<ParameterError> check(const LoadedParameters& /*loaded*/) {
     return {};
   }
+  static void readReferences(NodeParameters& /*parameters*/, const FindText& /*find_text*/) {}
   /// Whether there is work for it.
   [[nodiscard]] static bool isOn(const NodeParameters& /*parameters*/) { return true; }
 
@@ -96,6 +106,14 @@ class MapFeature {
   virtual void onChanges(const MapChanges& /*changes*/) {}
   /// Publishes, after onChanges() of all features. Publishing thread.
   virtual void publish() {}
+  /// Takes the voxels of a cloud before they enter the map. @return Those that enter it, valid until the next call.
+  /// Thread of the clouds.
+  [[nodiscard]] virtual const ScanUpdate& filter(const ScanUpdate& update,
+                                                 const CloudInWork& /*cloud*/) {
+    return update;
+  }
+  /// The content of the map is another, by ~reset or a file: earlier clouds say nothing about it. Any thread.
+  virtual void onReplaced() {}
   /// Takes a cloud that has entered the map. Thread of the clouds, or of the feature that fills the map.
   virtual void onCloud(const MappedCloud& /*cloud*/) {}
   /// Prepares a move of the whole map to another frame. @return Called once it has moved; empty: nothing to do.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/mapping/tf_poses.h"
 
+#include "cuboid_mapping/ros/mapping/sensor_step.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 
 #include <algorithm>
@@ -10,9 +11,6 @@
 
 namespace cuboid_mapping_ros {
 namespace {
-
-/// Minimum stamp: with earlier ones, slices could lie before time begins.
-constexpr double kMinStamp_s = 2.0;
 
 std::string describeGap(const TfGap& gap) {
   std::ostringstream text;
@@ -42,18 +40,19 @@ std::optional<CloudPoses> lookupAt(const TfBuffer& tf, const PoseFrames& frames,
   CloudPoses poses;
   poses.T_map_cloud = lookup(cloud_frame_id);
   poses.T_map_sensor = frames.sensor.empty() ? poses.T_map_cloud : lookup(frames.sensor);
-  if (!frames.base.empty()) poses.T_map_base = lookup(frames.base);
   if (frames.has_body) {
     const std::string& body = frames.body.empty() ? cloud_frame_id : frames.body;
     const std::string& sensor = frames.sensor.empty() ? cloud_frame_id : frames.sensor;
     poses.body = BodyPoses{lookup(body), lookup_in(body, cloud_frame_id), lookup_in(body, sensor)};
   }
   if (!frames.window.empty()) poses.window_center_map = lookup(frames.window).translation();
-  const bool is_cloud_complete = is_complete;
-  for (const std::string& part : frames.parts) poses.T_map_parts.push_back(lookup(part));
-  if (is_complete) return poses;
-  if (is_cloud_complete) search.why += " (a frame of self_filter; see self_filter/ignored_links)";
-  return std::nullopt;
+  for (const StepFrame& frame : frames.steps) {
+    const bool was_complete = is_complete;
+    poses.T_map_steps.push_back(lookup(frame.frame_id));
+    if (was_complete && !is_complete && !frame.cure.empty()) search.why += " (" + frame.cure + ')';
+  }
+  if (!is_complete) return std::nullopt;
+  return poses;
 }
 
 /// View of a slice from the body's pose at the stamp of the cloud.
@@ -127,33 +126,30 @@ PoseSearch lookupPoses(const TfBuffer& tf, const PoseFrames& frames, const std_m
 
 }  // namespace
 
+ros::Duration middleOf(std::int32_t slice) {
+  ros::Duration middle;
+  middle.fromNSec(slice * kSliceNanoseconds + kSliceNanoseconds / 2);
+  return middle;
+}
+
 PoseFrames::PoseFrames(const NodeParameters& parameters, const SourceParameters& source)
     : map(parameters.frame_id),
       sensor(source.sensor_frame),
-      base(source.filter_ground ? parameters.octomap_server.base_frame_id : ""),
       window(parameters.window.frame_id),
       has_body(parameters.keep.isOn()),
       body(has_body ? parameters.keep.body_frame : "") {
-  for (const RobotPart& part : parameters.self_filter.parts) parts.push_back(part.frame_id);
+  for (const auto& step : makeSteps(parameters, source)) {
+    for (StepFrame& frame : step->frames()) steps.push_back(std::move(frame));
+  }
 }
 
 std::vector<std::string> PoseFrames::needed() const {
-  std::vector<std::string> frame_ids = parts;
-  for (const std::string& frame_id : {sensor, base, window, body}) {
+  std::vector<std::string> frame_ids;
+  for (const StepFrame& frame : steps) frame_ids.push_back(frame.frame_id);
+  for (const std::string& frame_id : {sensor, window, body}) {
     if (!frame_id.empty()) frame_ids.push_back(frame_id);
   }
   return frame_ids;
-}
-
-std::optional<std::vector<double>> readSourceTimes(const SensorMessage& cloud,
-                                                   const SourceParameters& source) {
-  return readPointTimes(cloud, source.no_return_range_m > 0.0);
-}
-
-Slices readSlices(const SensorMessage& cloud, const SourceParameters& source) {
-  if (!source.deskew || cloud.header().stamp.toSec() < kMinStamp_s) return {};
-  const auto times_s = readSourceTimes(cloud, source);
-  return times_s ? findSlices(*times_s).value_or(Slices()) : Slices();
 }
 
 PoseSearch findPoses(const TfBuffer& tf, const PoseFrames& frames, const std_msgs::Header& header,

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/node/mapping_node.h"
 
-#include "cuboid_mapping/ros/conversions/points.h"
 #include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
@@ -10,6 +9,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <memory>
 #include <utility>
 
 namespace cuboid_mapping_ros {
@@ -35,7 +35,6 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
       parameters_(parameters),
       ledger_(parameters),
       sources_(parameters, ledger_),
-      moving_filter_(parameters.map.resolution_m, parameters.moving_points, parameters.window),
       map_(makeMapConfig(parameters)),
       diagnostics_(nh_, private_nh_, private_nh_.getNamespace()),
       tf_buffer_(ros::Duration(parameters.tf_wait_s + kTfMargin_s), parameters.tf_gap_s),
@@ -75,12 +74,12 @@ MapHost MappingNode::makeHost() {
           [this] { publishSoon(); },
           [this] {
             const std::lock_guard<FairMutex> lock(work_mutex_);
-            moving_filter_.reset();  // Its void space is elsewhere now.
+            noteReplaced();
           },
           [this](const std_msgs::Header& header) { return ledger_.noteReceived(0, header); },
           [this](const MappedCloud* cloud) {
             if (cloud == nullptr) return drop(0, DropReason::kPaused);
-            ledger_.noteInserted(0, work_, {});
+            ledger_.noteInserted(0, {}, {});
             noteMapped(*cloud);
           }};
 }
@@ -119,9 +118,6 @@ void MappingNode::subscribe() {
   tf_receiver_.emplace(withQueue(nh_, tf_thread_.queue()), tf_buffer_);
   tf_thread_.start();
   if (!parameters_.fleet.robots.empty()) return;  // Their observations make the map.
-  if (parameters_.moving_points != MovingPoints::kIgnore) {
-    moving_points_ = nh_.advertise<sensor_msgs::PointCloud2>(kMovingPointsTopic, 10);
-  }
   SourceSubscriber::Callbacks callbacks;
   callbacks.arrived = [this](std::size_t source, const std_msgs::Header& header) {
     return ledger_.noteReceived(source, header);
@@ -137,8 +133,12 @@ void MappingNode::subscribe() {
 CloudQueue::Callbacks MappingNode::queueCallbacks() {
   CloudQueue::Callbacks callbacks;
   callbacks.find_poses = makeSearch(parameters_);
-  callbacks.read_slices = [sources = sourcesOf(parameters_)](const SensorMessage& cloud) {
-    return readSlices(cloud, sources.at(cloud.source));
+  std::vector<std::shared_ptr<const SensorSteps>> steps;
+  for (const SourceParameters& source : sourcesOf(parameters_)) {
+    steps.push_back(std::make_shared<const SensorSteps>(makeSteps(parameters_, source)));
+  }
+  callbacks.find_slices = [steps](const SensorMessage& cloud) {
+    return findSlices(*steps.at(cloud.source), cloud);
   };
   callbacks.drop = [this](std::size_t source, DropReason reason, const std::string& text) {
     ledger_.noteDropped(source, reason, text);
@@ -199,25 +199,26 @@ void MappingNode::integrate(const PosedCloud& posed) {
   const CloudPoses& poses = posed.poses;
   Stopwatch whole;
   Source& source = sources_.at(cloud.source);
-  std::optional<CloudError> error;
-  const auto* update = source.pipeline.compute(cloud, poses, work_, error);
-  for (const std::string& warning : source.pipeline.takeWarnings()) {
+  Observed observed = source.input.compute(cloud, poses);
+  for (const std::string& warning : source.input.takeWarnings()) {
     ROS_WARN_STREAM_NAMED(kNodeName, nameOf(source.parameters) << ": " << warning);
   }
-  if (update == nullptr) {
-    return ledger_.noteDropped(cloud.source, error->defect, error->text);
+  if (observed.error) {
+    return ledger_.noteDropped(cloud.source, observed.error->defect, observed.error->text);
   }
   Stopwatch stopwatch;
-  const auto& taken = takeMoving(*update, poses, source, cloud.header().stamp);
-  map_.integrate(cloud.header().stamp, taken, source.pipeline.sensorModel(),
-                 poses.window_center_map, source.pipeline.takeKept(cloud.header().stamp, poses));
-  work_.apply_time.add(stopwatch.lap());
-  ledger_.noteInserted(cloud.source, work_,
+  const ros::Time& stamp = cloud.header().stamp;
+  const ScanUpdate& mapped =
+      filter(*observed.update, {source.input.scans(), stamp, poses.window_center_map});
+  map_.integrate(stamp, mapped, source.input.sensorModel(), poses.window_center_map,
+                 source.input.takeKept(stamp, poses));
+  observed.figures.apply_ms = stopwatch.lap();
+  ledger_.noteInserted(cloud.source, observed.figures,
                        {1e-3 * whole.lap(), steadySeconds() - posed.arrival_s});
   // The cloud is in the map: later failures do not count against it.
   guard_.run("after a cloud", [&] { ledger_.giveAdvice(clouds_.hasReady()); });
-  noteMapped({cloud.source, cloud.header().stamp, poses.T_map_sensor.translation(),
-              source.parameters.sensor_model, *update, taken});
+  noteMapped({cloud.source, stamp, poses.T_map_sensor.translation(), source.parameters.sensor_model,
+              *observed.update, mapped});
 }
 
 void MappingNode::noteMapped(const MappedCloud& cloud) {
@@ -226,13 +227,16 @@ void MappingNode::noteMapped(const MappedCloud& cloud) {
   }
 }
 
-const ScanUpdate& MappingNode::takeMoving(const ScanUpdate& update, const CloudPoses& poses,
-                                          const Source& source, const ros::Time& stamp) {
-  if (moving_points_ && moving_points_.getNumSubscribers() > 0) {
-    moving_points_.publish(toCloud(moving_filter_.findMoving(source.pipeline.scans()),
-                                   makeHeader(withoutSlash(parameters_.frame_id), stamp)));
+const ScanUpdate& MappingNode::filter(const ScanUpdate& update, const CloudInWork& cloud) {
+  const ScanUpdate* left = &update;
+  for (const auto& feature : features_) left = &feature->filter(*left, cloud);
+  return *left;
+}
+
+void MappingNode::noteReplaced() {
+  for (const auto& feature : features_) {
+    guard_.run(feature->name(), [&] { feature->onReplaced(); });
   }
-  return moving_filter_.take(update, poses.window_center_map);
 }
 
 void MappingNode::reconfigure(const NodeParameters& parameters) {

@@ -2,8 +2,6 @@
 #pragma once
 
 #include "cuboid_mapping/MoveMap.h"
-#include "cuboid_mapping/ros/clouds/moving_filter.h"
-#include "cuboid_mapping/ros/clouds/node_sources.h"
 #include "cuboid_mapping/ros/diagnostics/cloud_ledger.h"
 #include "cuboid_mapping/ros/diagnostics/diagnostics.h"
 #include "cuboid_mapping/ros/diagnostics/node_statistics.h"
@@ -11,6 +9,7 @@
 #include "cuboid_mapping/ros/mapping/guarded_map.h"
 #include "cuboid_mapping/ros/mapping/map_feature.h"
 #include "cuboid_mapping/ros/mapping/map_storage.h"
+#include "cuboid_mapping/ros/mapping/node_sources.h"
 #include "cuboid_mapping/ros/mapping/phase_fair_mutex.h"
 #include "cuboid_mapping/ros/mapping/service_call.h"
 #include "cuboid_mapping/ros/mapping/tf_buffer.h"
@@ -66,9 +65,9 @@ class MappingNode {
   bool mapNextCloud();
   void onCloudInTurn(const PosedCloud& cloud);
   void integrate(const PosedCloud& posed);
-  /// Publishes moving points. @return The part of the cloud that goes into the map.
-  const ScanUpdate& takeMoving(const ScanUpdate& update, const CloudPoses& poses,
-                               const Source& source, const ros::Time& stamp);
+  /// The voxels of a cloud that enter the map: what the features leave of them.
+  [[nodiscard]] const ScanUpdate& filter(const ScanUpdate& update, const CloudInWork& cloud);
+  void noteReplaced();
   void restore(const MapSnapshot& start_map);
   [[nodiscard]] MapHost makeHost();
   /// Tells all features of a cloud in the map.
@@ -103,19 +102,16 @@ class MappingNode {
 
   NodeParameters parameters_;
   CloudLedger ledger_;
-  FairMutex work_mutex_;  ///< Guards sources_ to work_.
+  FairMutex work_mutex_;  ///< Guards sources_ and first_stamp_ns_.
   NodeSources sources_;   ///< Sources with the current parameters.
   /// Least stamp of a cloud; earlier ones have a frame before ~move_map.
   std::atomic<std::uint64_t> first_stamp_ns_{0};
-  MovingFilter moving_filter_;
-  NodeStatistics work_;  ///< Figures of points and times.
   GuardedMap map_;
   NodeStatistics reported_statistics_;  ///< Statistics of the last report.
   bool has_warned_of_silence_ = false;
   std::uint64_t num_reported_failures_ = 0;
   MapWatch map_watch_{steadySeconds};
 
-  ros::Publisher moving_points_;  ///< Only with the parameter moving_points.
   diagnostic_updater::Updater diagnostics_;
   ros::WallTimer publish_timer_;
   std::atomic<bool> is_publish_due_{false};  ///< Set after an edit.

@@ -68,7 +68,7 @@ void MappingNode::onReset() {
     stamp = ros::Time();
     return map.clear();
   });
-  moving_filter_.reset();
+  noteReplaced();
   first_stamp_ns_ = 0;
   publishSoon();
   ROS_INFO_NAMED(kNodeName, "map cleared");
@@ -103,13 +103,11 @@ StorageAnswer MappingNode::moveMap(const Eigen::Isometry3d& T_new_old, const ros
   // Steps that may run out of memory come first.
   std::vector<std::function<void()>> steps;
   for (const auto& feature : features_) steps.push_back(feature->prepareMove(*motion));
-  VoidSpace void_space = moving_filter_.voidSpace().moved(*motion);
   answer = moveWholeMap(map_, *motion, makeSnapshotLimits(parameters_), CallProgress(is_stopping_));
   if (!answer.error.empty()) return answer;
   for (const auto& step : steps) {
     if (step) step();
   }
-  moving_filter_.setVoidSpace(std::move(void_space));
   first_stamp_ns_ = (jump.isZero() ? ros::Time::now() : jump).toNSec();
   return answer;
 }

@@ -2,7 +2,6 @@
 #include "cuboid_mapping/ros/node/mapping_nodelet.h"
 
 #include "cuboid_mapping/io/text.h"
-#include "cuboid_mapping/ros/clouds/self_filter.h"
 #include "cuboid_mapping/ros/mapping/map_storage.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/node/mapping_node.h"
@@ -72,7 +71,7 @@ void MappingNodelet::start() {
     const std::string other = describeOtherFrame(start_map->frame_id, parameters.frame_id);
     if (!other.empty()) NODELET_WARN_STREAM(other);
   }
-  loadRobotParts(parameters, findTextFrom(getPrivateNodeHandle()));
+  readReferences(parameters, findTextFrom(getPrivateNodeHandle()));
   node_ =
       std::make_unique<MappingNode>(getNodeHandle(), getPrivateNodeHandle(), parameters, start_map);
 }

@@ -3,7 +3,7 @@
 
 #include "cuboid_mapping/fusion/fusion_kind.h"
 
-#include <tuple>
+#include <algorithm>
 
 namespace cuboid_mapping_ros {
 namespace {
@@ -25,18 +25,6 @@ std::vector<ParameterDeclaration> declareMap() {
                            {{"dynamic", Environment::kDynamic}, {"static", Environment::kStatic}}),
        "dynamic: every observation counts. static: a cell is no longer updated once it has "
        "reached sensor_model/min or sensor_model/max."},
-  };
-}
-
-std::vector<ParameterDeclaration> declareMovingPoints() {
-  return {
-      {"moving_points", "",
-       choice<MovingPoints>(&P::moving_points, {{"ignore", MovingPoints::kIgnore},
-                                                {"publish", MovingPoints::kPublish},
-                                                {"leave_out", MovingPoints::kLeaveOut}}),
-       "Points of moving objects, which lie where earlier clouds have seen empty space. ignore: "
-       "the node does not look for them. publish: the node publishes them on moving_points. "
-       "leave_out: the node publishes them, and they do not make voxels occupied."},
   };
 }
 
@@ -84,19 +72,6 @@ std::vector<ParameterDeclaration> declareGrowth() {
   };
 }
 
-ParameterKind noReturnKind() {
-  return parsedText(
-      "rep_117, with_nan, with_zero, all, none, or some of \"plus_inf nan zero minus_inf "
-      "range_max\"; and ranges in metres, as in \"rep_117 81.91\"",
-      true,
-      [](P& p, const std::string& text) {
-        const auto points = parseNoReturnPoints(text);
-        if (points) std::tie(p.source.no_return_points, p.source.no_return_ranges_m) = *points;
-        return points.has_value();
-      },
-      [](const P& p) { return toText(p.source.no_return_points, p.source.no_return_ranges_m); });
-}
-
 // The probabilities stay away from 0, 0.5 and 1, where log-odds are infinite or zero.
 std::vector<ParameterDeclaration> declareSensorModel() {
   return {
@@ -121,16 +96,6 @@ std::vector<ParameterDeclaration> declareSensorModel() {
        "voxels up to its end, as in OctoMap."},
       {"sensor_model/min_range", "m", number(&S::min_range_m, 0.0, kInfinity, 0.0),
        "Points closer to the sensor than this are ignored. 0 or -1: no limit."},
-      {"sensor_model/no_return_range", "m", number(&S::no_return_range_m, 0.0, 1000.0),
-       "Beams without a return (no_return_points) clear the space up to this range. 0: they are "
-       "ignored."},
-      {"sensor_model/no_return_points", "", noReturnKind(),
-       "Readings of a scan, a depth image or an organized cloud that mean that a beam met nothing. "
-       "Other special readings are ignored. plus_inf: +inf, in any coordinate of a point without "
-       "-inf and NaN. nan: NaN. zero: 0, or the point (0, 0, 0). minus_inf: -inf, which REP 117 "
-       "uses for objects that are too close. range_max: range_max of a scan, or more. rep_117: "
-       "plus_inf. with_nan: plus_inf and nan. with_zero: plus_inf and zero. A number: readings of "
-       "this range or depth, such as a far clip; they are never returns."},
   };
 }
 
@@ -215,21 +180,29 @@ std::vector<ParameterDeclaration> declareQueries() {
   };
 }
 
+/// Adds declarations, those of a group behind its others.
+void addTo(std::vector<ParameterDeclaration>& table,
+           const std::vector<ParameterDeclaration>& declarations) {
+  for (const ParameterDeclaration& declaration : declarations) {
+    const std::string group = declaration.key.substr(0, declaration.key.find('/') + 1);
+    const auto last = std::find_if(table.rbegin(), table.rend(), [&](const auto& other) {
+      return !group.empty() && other.key.rfind(group, 0) == 0;
+    });
+    table.insert(last == table.rend() ? table.end() : last.base(), declaration);
+  }
+}
+
 }  // namespace
 
 const std::vector<ParameterDeclaration>& parameterTable() {
   static const std::vector<ParameterDeclaration> kTable = [] {
-    std::vector<ParameterDeclaration> table = declareMap();
+    std::vector<ParameterDeclaration> table;
     for (const auto& part :
-         {declareMovingPoints(), declareCuboids(), declareSources(), declareSelfFilter(),
-          declareGround(), declareGrowth(), declareSensorModel(), declareCrop(), declareTopics(),
-          declareFiles(), declareQueries()}) {
-      table.insert(table.end(), part.begin(), part.end());
+         {declareMap(), declareCuboids(), declareSources(), declareGrowth(), declareSensorModel(),
+          declareCrop(), declareTopics(), declareFiles(), declareQueries()}) {
+      addTo(table, part);
     }
-    for (const FeatureParameters& feature : featureParameters()) {
-      const auto part = feature.declare();
-      table.insert(table.end(), part.begin(), part.end());
-    }
+    for (const FeatureParameters& feature : featureParameters()) addTo(table, feature.declare());
     return table;
   }();
   return kTable;

@@ -20,22 +20,20 @@ struct ParameterDeclaration {
   std::string help;
 };
 
-/// Parts of parameterTable(). declareSources() has the first parameters of SourceParameters, and the list of
+/// Part of parameterTable(): has the first parameters of SourceParameters, and the list of
 /// sources.
-///@{
 [[nodiscard]] std::vector<ParameterDeclaration> declareSources();
-[[nodiscard]] std::vector<ParameterDeclaration> declareSelfFilter();
-[[nodiscard]] std::vector<ParameterDeclaration> declareGround();
-///@}
 
-/// Parameters of a feature.
+/// Parameters of a feature, or of a step of the sensors.
 struct FeatureParameters {
   std::vector<ParameterDeclaration> (*declare)();
   /// Conflicts of its parameters with each other, and with those of others.
   std::vector<ParameterError> (*check)(const LoadedParameters& loaded);
+  /// Reads what they name.
+  void (*read_references)(NodeParameters& parameters, const FindText& find_text);
 };
 
-/// Of all features; see features.cpp.
+/// Of all features and steps; see features.cpp.
 [[nodiscard]] const std::vector<FeatureParameters>& featureParameters();
 
 /// Adds an error unless the first parameter is less than the second one, or one of them has an error already.

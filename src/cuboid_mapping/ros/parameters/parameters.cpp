@@ -152,12 +152,6 @@ void checkSets(LoadedParameters& loaded) {
   }
   checkOrder(loaded, "sensor_model/min_range", all.source.min_range_m, "sensor_model/max_range",
              all.source.max_range_m, errors);
-  const bool is_depth = all.source.type == SourceType::kDepthImage;
-  if (all.source.deskew && (is_depth || all.source.filter_ground)) {
-    errors.push_back({"deskew", std::string("is true, but does not go with ") +
-                                    (is_depth ? "type: depth_image" : "filter_ground") +
-                                    ": switch one of them off"});
-  }
   for (const FeatureParameters& feature : featureParameters()) {
     for (ParameterError& error : feature.check(loaded)) errors.push_back(std::move(error));
   }
@@ -320,6 +314,21 @@ LoadedParameters loadParameters(const ros::NodeHandle& private_handle) {
   XmlRpcValue value;
   private_handle.getParam(private_handle.getNamespace(), value);
   return readParameters(value);
+}
+
+FindText findTextFrom(const ros::NodeHandle& private_nh) {
+  return [private_nh](const std::string& name) -> std::optional<std::string> {
+    std::string key;
+    std::string text;
+    if (!private_nh.searchParam(name, key) || !private_nh.getParam(key, text)) return std::nullopt;
+    return text;
+  };
+}
+
+void readReferences(NodeParameters& parameters, const FindText& find_text) {
+  for (const FeatureParameters& feature : featureParameters()) {
+    feature.read_references(parameters, find_text);
+  }
 }
 
 std::size_t maxEntries(const ServiceLimits& limits, std::size_t entry_bytes) {

@@ -6,7 +6,6 @@
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/occupancy/sensor_model.h"
 #include "cuboid_mapping/query/budget.h"
-#include "cuboid_mapping/ros/conversions/ground_filter.h"
 #include "cuboid_mapping/ros/conversions/no_return_points.h"
 #include "cuboid_mapping/ros/middleware/core_names.h"
 #include "cuboid_mapping/ros/middleware/names.h"
@@ -22,6 +21,7 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -42,6 +42,13 @@ enum class SourceUse : unsigned char {
   kBoth,  ///< They mark their end as occupied, and clear the space before it.
   kMark,  ///< They only mark.
   kClear  ///< They only clear: the end of a beam changes nothing.
+};
+
+/// Limits of the ground: the ground_filter of octomap_server.
+struct GroundFilterConfig {
+  double distance_m = 0.04;        ///< Maximum distance of a point from its plane.
+  double angle_rad = 0.15;         ///< Maximum angle between the plane's normal and z of the base.
+  double plane_distance_m = 0.07;  ///< Largest distance of the plane from z = 0 of the base.
 };
 
 /// Parameters that each source may set.
@@ -200,7 +207,7 @@ struct SelfFilterParameters {
   double padding_m = 0.05;        ///< Enlarges the shapes of the URDF.
   std::string ignored_links;      ///< Links of the URDF, separated by spaces.
   bool keep_free = false;         ///< Whether each cloud makes the voxels of the robot free.
-  RobotParts parts;               ///< All parts, after loadRobotParts().
+  RobotParts parts;               ///< All parts, after readReferences().
 };
 
 /// Parameters of the node, valid together when they come from readParameters() without an error.
@@ -296,6 +303,15 @@ struct LoadedParameters {
 
 /// readParameters() of everything in the namespace of a node handle.
 [[nodiscard]] LoadedParameters loadParameters(const ros::NodeHandle& private_handle);
+
+/// Text of the parameter of this name; nothing if there is none.
+using FindText = std::function<std::optional<std::string>(const std::string& name)>;
+
+/// Looks in the private namespace of a node, and then in the namespaces above it.
+[[nodiscard]] FindText findTextFrom(const ros::NodeHandle& private_nh);
+
+/// Reads what parameters name, such as the robot's description. @throws std::runtime_error  if it cannot be read.
+void readReferences(NodeParameters& parameters, const FindText& find_text);
 
 /// One line for each parameter: "key: value unit", with "(default)" if it is. For the log.
 [[nodiscard]] std::vector<std::string> toLogLines(const NodeParameters& parameters);

@@ -109,10 +109,6 @@ std::vector<ParameterDeclaration> declareSources() {
        "the space before their ends becomes free."},
       {"max_rate", "Hz", number(&S::max_rate_hz, 0.0, 1000.0),
        "Maximum rate of messages, by their stamps; others are ignored. 0: no limit."},
-      {"deskew", "", boolean(&S::deskew),
-       "true: each point is put where the sensor was at the time of the point, by tf. Times come "
-       "from the field time, t, offset_time or timestamp of a cloud, or from time_increment of a "
-       "scan. false: all points have the time of the stamp."},
       {"depth_unit", "m", number(&S::depth_unit_m, 1e-6, 1.0),
        "Unit of a depth image of whole numbers (16UC1): 0.001 by REP 118; 0.0002 in the data sets "
        "of TUM. 32FC1 is in metres."},

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Scans of a sensor that moves while it measures.
 #include "cuboid_mapping/map/cuboid_map.h"
-#include "cuboid_mapping/ros/clouds/cloud_pipeline.h"
-#include "cuboid_mapping/ros/conversions/sweep.h"
+#include "cuboid_mapping/ros/deskew/sweep.h"
+#include "cuboid_mapping/ros/mapping/sensor_input.h"
 #include "ros/cloud_messages.h"
 #include "support/random.h"
 #include "support/snapshots.h"
@@ -237,15 +237,16 @@ class MovingSensor : public ::testing::Test {
   /// A map of one message. @return Its voxels; none if it is refused, with the reason in error_.
   std::map<Cell, float> mapOf(const SensorMessage& message) {
     Source source(parameters_, parameters_.source);
-    NodeStatistics statistics;
     const PoseSearch search = findPoses(tf_, PoseFrames(parameters_, parameters_.source),
-                                        message.header(), readSlices(message, parameters_.source));
+                                        message.header(), source.input.findSlices(message));
     EXPECT_TRUE(search.poses) << search.why;
     if (!search.poses) return {};
-    const auto* update = source.pipeline.compute(message, *search.poses, statistics, error_);
+    const Observed observed = source.input.compute(message, *search.poses);
+    const auto* update = observed.update;
+    error_ = observed.error;
     if (update == nullptr) return {};
     cuboid_mapping::CuboidMap map(makeMapConfig(parameters_));
-    (void)map.apply(*update, source.pipeline.sensorModel());
+    (void)map.apply(*update, source.input.sensorModel());
     return cuboid_mapping::test::voxelsOf(map);
   }
 
@@ -310,7 +311,7 @@ TEST_F(MovingSensor, ACloudWaitsForTheTransformOfItsLastPoint) {
   const Times times_s{0.0, 0.45};
   const SensorMessage cloud =
       toMessage(makeTimedCloud("t", PointField::UINT32, {0.0, 0.45e9}, seeWall(times_s)));
-  const Slices slices = readSlices(cloud, parameters_.source);
+  const Slices slices = findSlices(makeSteps(parameters_, parameters_.source), cloud);
   const PoseFrames frames(parameters_, parameters_.source);
   const PoseSearch search = findPoses(tf_, frames, cloud.header(), slices);
   EXPECT_FALSE(search.poses);

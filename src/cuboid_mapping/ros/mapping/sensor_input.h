@@ -6,6 +6,7 @@
 #include "cuboid_mapping/ros/conversions/sensor_conversions.h"
 #include "cuboid_mapping/ros/diagnostics/node_statistics.h"
 #include "cuboid_mapping/ros/mapping/kept_history.h"
+#include "cuboid_mapping/ros/mapping/sensor_step.h"
 #include "cuboid_mapping/ros/mapping/tf_poses.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
 #include "cuboid_mapping/scan/scan_filter.h"
@@ -26,23 +27,24 @@ namespace cuboid_mapping_ros {
 /// Configuration of the map, with the sensor model of the parameters outside the list of sources.
 [[nodiscard]] MapConfig makeMapConfig(const NodeParameters& parameters);
 
-/// Converts a message of one source to observed voxels: conversion, ground, filters, ray walk. The node and
-/// bag_to_map use it. Not thread-safe.
-///
-/// Points on the robot (self_filter) are left out first, with their beams. Beams to the ground (filter_ground)
-/// free the voxels before their last one, and do not observe that one.
+/// The voxels that a message observes.
+struct Observed {
+  const ScanUpdate* update =
+      nullptr;                      ///< Valid until the next message; null: the message is refused.
+  std::optional<CloudError> error;  ///< Why it is refused.
+  CloudFigures figures;
+};
+
+/// Messages of one source become beams, and beams become observed voxels: conversion, steps (see sensor_step.h), poses,
+/// limits, ray walk. The node and bag_to_map use it. Not thread-safe.
 ///
 /// With keep_clouds scans are made in the frame of the body and rounded, see MapHistory; then the limits apply.
-class CloudPipeline {
+class SensorInput {
  public:
   /// @param source  One of sourcesOf().
-  CloudPipeline(const NodeParameters& parameters, const SourceParameters& source);
+  SensorInput(const NodeParameters& parameters, const SourceParameters& source);
 
-  /// @param statistics  Gets counts and times, also of a cloud that is refused.
-  /// @param error  Set when the cloud is refused.
-  /// @return Valid until the next call; null when the cloud is refused.
-  const ScanUpdate* compute(const SensorMessage& cloud, const CloudPoses& poses,
-                            NodeStatistics& statistics, std::optional<CloudError>& error);
+  [[nodiscard]] Observed compute(const SensorMessage& cloud, const CloudPoses& poses);
 
   /// Filtered measurements of the last accepted cloud, map frame; one scan for each slice.
   [[nodiscard]] const std::vector<Scan>& scans() const { return scans_; }
@@ -54,40 +56,40 @@ class CloudPipeline {
   /// Warnings about the clouds so far, each once; see CloudChecks.
   [[nodiscard]] std::vector<std::string> takeWarnings() { return checks_.takeWarnings(); }
 
+  /// findSlices() of its steps.
+  [[nodiscard]] Slices findSlices(const SensorMessage& cloud) const {
+    return cuboid_mapping_ros::findSlices(steps_, cloud);
+  }
+
   /// The map's sensor model, with the source's hit and miss.
   [[nodiscard]] const SensorModel& sensorModel() const { return sensor_model_; }
 
  private:
-  /// A scan in the map, or with keep_clouds in the frame of the body.
-  [[nodiscard]] Scan makeScan(const CloudPoints& points, const CloudPoses& poses,
-                              NodeStatistics& statistics) const;
-  /// Voxels of the robot, for a scan of makeScan().
+  /// A scan for each slice, or one. The first has the free points.
+  [[nodiscard]] std::vector<Scan> makeScans(const SensorMessage& cloud, CloudPoints points,
+                                            const CloudPoses& poses, CloudFigures& figures) const;
+  /// Points of the slices of a message.
+  [[nodiscard]] std::vector<CloudPoints> divide(const SensorMessage& cloud,
+                                                const CloudPoints& points,
+                                                const CloudPoses& poses) const;
+  /// The scan of points of one time, after all steps.
+  [[nodiscard]] Scan makeScan(CloudPoints points, const CloudPoses& poses,
+                              CloudFigures& figures) const;
+  /// Places points in the map, or with keep_clouds in the frame of the body.
+  [[nodiscard]] Scan place(const CloudPoints& points, const CloudPoses& poses,
+                           CloudFigures& figures) const;
+  /// Points that are free without a beam, for a scan of makeScans().
   [[nodiscard]] std::vector<Eigen::Vector3f> findFreePoints(const CloudPoses& poses,
                                                             const Scan& scan) const;
   /// Keeps scans that are in the frame of the body. @return The scans in the map.
   [[nodiscard]] std::vector<Scan> keep(std::vector<Scan> scans_body,
-                                       const Eigen::Isometry3d& T_map_body,
-                                       NodeStatistics& statistics);
-  void leaveOutRobot(CloudPoints& points, const CloudPoses& poses,
-                     NodeStatistics& statistics) const;
-  /// Removes and returns the points of the ground within the crop; none without filter_ground.
-  [[nodiscard]] std::vector<Eigen::Vector3f> takeGround(CloudPoints& points,
-                                                        const CloudPoses& poses,
-                                                        NodeStatistics& statistics) const;
-  /// One scan, with the ends of beams to the ground, or one for each slice. The first has the free points.
-  [[nodiscard]] std::vector<Scan> makeScans(const SensorMessage& cloud, CloudPoints& points,
-                                            const CloudPoses& poses,
-                                            NodeStatistics& statistics) const;
-  /// A scan for each slice. @pre The poses have slices.
-  [[nodiscard]] std::vector<Scan> makeSlices(const SensorMessage& cloud, const CloudPoints& points,
-                                             const CloudPoses& poses,
-                                             NodeStatistics& statistics) const;
+                                       const Eigen::Isometry3d& T_map_body, CloudFigures& figures);
 
   SourceParameters source_;
   std::string map_frame_id_;
-  SelfFilterParameters self_filter_;
   Grid grid_;
   double max_beam_m_;
+  SensorSteps steps_;
   CloudChecks checks_;
   SensorModel sensor_model_;
   ScanLimits scan_limits_;
@@ -97,14 +99,14 @@ class CloudPipeline {
   ScanUpdate used_;               ///< The part of the update that the source's `use` leaves.
 };
 
-/// Processing of a sensor's messages, without the topic. Not thread-safe.
+/// A sensor without its topic. Not thread-safe.
 struct Source {
   Source(const NodeParameters& node, const SourceParameters& source)
-      : parameters(source), frames(node, source), pipeline(node, source) {}
+      : parameters(source), frames(node, source), input(node, source) {}
 
   SourceParameters parameters;
   PoseFrames frames;
-  CloudPipeline pipeline;
+  SensorInput input;
 };
 
 /// One for each of sourcesOf().

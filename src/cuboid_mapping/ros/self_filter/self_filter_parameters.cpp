@@ -2,8 +2,7 @@
 // Parameters of the self filter.
 #include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
-#include "cuboid_mapping/ros/parameters/parameter_table.h"
-#include "cuboid_mapping/ros/parameters/parameters.h"
+#include "cuboid_mapping/ros/self_filter/self_filter_step.h"
 
 #include <optional>
 #include <string>
@@ -71,7 +70,7 @@ ParameterKind boxesKind() {
 
 }  // namespace
 
-std::vector<ParameterDeclaration> declareSelfFilter() {
+std::vector<ParameterDeclaration> SelfFilterStep::declare() {
   return {
       {"self_filter/boxes", "m", boxesKind(),
        "Boxes on the robot, each fixed in a frame. Points in them are ignored."},

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/ros/clouds/source_subscriber.h"
+#include "cuboid_mapping/ros/mapping/source_subscriber.h"
 
 #include "cuboid_mapping/ros/conversions/compressed_depth.h"
 #include "cuboid_mapping/ros/middleware/callbacks.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/ros/conversions/ground_filter.h"
+#include "cuboid_mapping/ros/ground/ground_filter.h"
 
-#include "cuboid_mapping/ros/clouds/cloud_pipeline.h"
+#include "cuboid_mapping/ros/mapping/sensor_input.h"
 #include "cuboid_mapping/rtree/traversal.h"
 #include "ros/cloud_messages.h"
 #include "support/snapshots.h"
@@ -84,16 +84,14 @@ TEST(GroundFilter, freesTheSpaceBeforeTheGroundAndHitsNothingThere) {
   CloudPoses poses;
   poses.T_map_cloud = Eigen::Translation3d(origin);
   poses.T_map_sensor = poses.T_map_cloud;
-  poses.T_map_base = Eigen::Isometry3d::Identity();
-  CloudPipeline pipeline(parameters, parameters.source);
-  NodeStatistics statistics;
-  std::optional<CloudError> error;
-  const auto* update =
-      pipeline.compute(makeSensorMessage(spec, points_cloud), poses, statistics, error);
+  poses.T_map_steps = {Eigen::Isometry3d::Identity()};
+  SensorInput input(parameters, parameters.source);
+  const Observed observed = input.compute(makeSensorMessage(spec, points_cloud), poses);
+  const auto* update = observed.update;
   ASSERT_NE(update, nullptr);
   cuboid_mapping::CuboidMap map(makeMapConfig(parameters));
   map.apply(*update);
-  EXPECT_EQ(statistics.num_points, scene.size());
+  EXPECT_EQ(observed.figures.num_points, scene.size());
   std::size_t num_table = 0;
   cuboid_mapping::visitAll(map, cuboid_mapping::CuboidFilter::kOccupied, [&](const auto& cuboid) {
     EXPECT_GT(cuboid.box.max.z, 1) << "nothing of the floor is occupied";
@@ -104,22 +102,22 @@ TEST(GroundFilter, freesTheSpaceBeforeTheGroundAndHitsNothingThere) {
   EXPECT_EQ(map.voxels().at({10, 0, 6}), Occupancy::kFree) << "before the floor";
 }
 
-/// Result of a pipeline for one cloud.
+/// Result of an input for one cloud.
 struct Outcome {
   std::set<Cell> hits;
-  NodeStatistics statistics;
+  CloudFigures figures;
 };
 
-Outcome runPipeline(const NodeParameters& parameters, const CloudPoses& poses,
-                    const std::vector<Eigen::Vector3d>& points_cloud) {
+Outcome runInput(const NodeParameters& parameters, const CloudPoses& poses,
+                 const std::vector<Eigen::Vector3d>& points_cloud) {
   CloudSpec spec;
   spec.width = static_cast<std::uint32_t>(points_cloud.size());
-  CloudPipeline pipeline(parameters, parameters.source);
+  SensorInput input(parameters, parameters.source);
   Outcome outcome;
-  std::optional<CloudError> error;
-  const auto* update =
-      pipeline.compute(makeSensorMessage(spec, points_cloud), poses, outcome.statistics, error);
+  const Observed observed = input.compute(makeSensorMessage(spec, points_cloud), poses);
+  const auto* update = observed.update;
   EXPECT_NE(update, nullptr);
+  outcome.figures = observed.figures;
   if (update == nullptr) return outcome;
   cuboid_mapping::CuboidMap map(makeMapConfig(parameters));
   map.apply(*update);
@@ -130,15 +128,16 @@ Outcome runPipeline(const NodeParameters& parameters, const CloudPoses& poses,
   return outcome;
 }
 
-TEST(CloudPipeline, looksForTheGroundInsideTheLimitsGivenInTheFrameOfTheBase) {
+TEST(SensorInput, looksForTheGroundInsideTheLimitsGivenInTheFrameOfTheBase) {
   NodeParameters parameters;
   parameters.map.resolution_m = 0.1;
   parameters.source.filter_ground = true;
   parameters.source.crop.max_m.x() = 2.0;
   CloudPoses poses;
-  poses.T_map_base =
+  const Eigen::Isometry3d T_map_base =
       Eigen::Translation3d(5, 0, 0) * Eigen::AngleAxisd(0.5 * EIGEN_PI, Eigen::Vector3d::UnitZ());
-  poses.T_map_cloud = *poses.T_map_base * Eigen::Translation3d(0, 0, 1.05);
+  poses.T_map_steps = {T_map_base};
+  poses.T_map_cloud = T_map_base * Eigen::Translation3d(0, 0, 1.05);
   poses.T_map_sensor = poses.T_map_cloud;
   // Points in the frame of the base: a floor, a wall on it, and beyond 2 m a wide road, lower by a
   // kerb, which would be taken for the ground instead of the floor.
@@ -156,17 +155,17 @@ TEST(CloudPipeline, looksForTheGroundInsideTheLimitsGivenInTheFrameOfTheBase) {
     wall.insert({46 + i, 15, 5});  // base y is map -x
   }
   for (Eigen::Vector3d& point : points_base) point.z() -= 1.05;
-  const Outcome cropped = runPipeline(parameters, poses, points_base);
+  const Outcome cropped = runInput(parameters, poses, points_base);
   EXPECT_EQ(cropped.hits, wall);
-  EXPECT_EQ(cropped.statistics.num_filtered, 3000U);
+  EXPECT_EQ(cropped.figures.num_filtered, 3000U);
 
   parameters.source.crop = SourceParameters().crop;
-  EXPECT_GT(runPipeline(parameters, poses, points_base).hits.size(), wall.size() + 100)
+  EXPECT_GT(runInput(parameters, poses, points_base).hits.size(), wall.size() + 100)
       << "the road is the ground now";
   parameters.source.filter_ground = false;
   parameters.source.crop.max_m.x() = 5.0;
-  poses.T_map_base.reset();
-  for (const Cell& cell : runPipeline(parameters, poses, points_base).hits) {
+  poses.T_map_steps.clear();
+  for (const Cell& cell : runInput(parameters, poses, points_base).hits) {
     EXPECT_LE(cell.x, 50) << "without the filter the limits are in the frame of the map";
   }
 }
@@ -178,8 +177,8 @@ TEST(GroundFilter, KeepsTheFootOfAWallOnTheGround) {
   CloudPoses poses;
   poses.T_map_cloud = Eigen::Translation3d(0.05, 0.05, 1.05);
   poses.T_map_sensor = poses.T_map_cloud;
-  poses.T_map_base = Eigen::Isometry3d::Identity();
-  CloudPipeline pipeline(parameters, parameters.source);
+  poses.T_map_steps = {Eigen::Isometry3d::Identity()};
+  SensorInput input(parameters, parameters.source);
   cuboid_mapping::CuboidMap map(makeMapConfig(parameters));
   const auto insert = [&](double z) {
     std::vector<Eigen::Vector3d> points_cloud;
@@ -189,10 +188,8 @@ TEST(GroundFilter, KeepsTheFootOfAWallOnTheGround) {
     for (int i = 0; i < 10; ++i) points_cloud.emplace_back(2.0, 0.02 * i, z - 1.05);
     CloudSpec spec;
     spec.width = static_cast<std::uint32_t>(points_cloud.size());
-    NodeStatistics statistics;
-    std::optional<CloudError> error;
-    const auto* update =
-        pipeline.compute(makeSensorMessage(spec, points_cloud), poses, statistics, error);
+    const Observed observed = input.compute(makeSensorMessage(spec, points_cloud), poses);
+    const auto* update = observed.update;
     ASSERT_NE(update, nullptr);
     (void)map.apply(*update);
   };
@@ -202,7 +199,7 @@ TEST(GroundFilter, KeepsTheFootOfAWallOnTheGround) {
   EXPECT_EQ(map.voxels().at({20, 0, 0}), Occupancy::kOccupied);
 }
 
-TEST(CloudPipeline, needsTheTransformOfTheBase) {
+TEST(SensorInput, needsTheTransformOfTheBase) {
   NodeParameters parameters;
   parameters.source.filter_ground = true;
   EXPECT_EQ(PoseFrames(parameters, parameters.source).needed(),

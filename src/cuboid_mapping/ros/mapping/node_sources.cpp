@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/ros/clouds/node_sources.h"
+#include "cuboid_mapping/ros/mapping/node_sources.h"
 
 #include "cuboid_mapping/io/text.h"
-#include "cuboid_mapping/ros/clouds/source_subscriber.h"
+#include "cuboid_mapping/ros/mapping/source_subscriber.h"
 
 #include <ros/console.h>
 #include <ros/master.h>

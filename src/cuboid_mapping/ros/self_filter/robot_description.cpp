@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/ros/clouds/robot_description.h"
+#include "cuboid_mapping/ros/self_filter/robot_description.h"
 
 #include <geometric_shapes/bodies.h>
 #include <geometric_shapes/body_operations.h>

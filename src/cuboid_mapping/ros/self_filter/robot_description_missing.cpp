@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Replaces robot_description.cpp in builds without urdf or geometric_shapes.
-#include "cuboid_mapping/ros/clouds/robot_description.h"
+#include "cuboid_mapping/ros/self_filter/robot_description.h"
 
 #include <stdexcept>
 

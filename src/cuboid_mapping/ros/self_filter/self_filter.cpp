@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/ros/clouds/self_filter.h"
+#include "cuboid_mapping/ros/self_filter/self_filter.h"
 
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/map_file_error.h"
 #include "cuboid_mapping/io/text.h"
-#include "cuboid_mapping/ros/clouds/robot_description.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
+#include "cuboid_mapping/ros/self_filter/robot_description.h"
 #include "cuboid_mapping/scan/scan_filter.h"
 
 #include <algorithm>
@@ -113,15 +113,6 @@ void addVoxels(const Solid& solid, const Eigen::Isometry3d& T_map_part, const Gr
 }
 
 }  // namespace
-
-FindText findTextFrom(const ros::NodeHandle& private_nh) {
-  return [private_nh](const std::string& name) -> std::optional<std::string> {
-    std::string key;
-    std::string text;
-    if (!private_nh.searchParam(name, key) || !private_nh.getParam(key, text)) return std::nullopt;
-    return text;
-  };
-}
 
 void loadRobotParts(NodeParameters& parameters, const FindText& find_text) {
   SelfFilterParameters& filter = parameters.self_filter;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/ros/conversions/sweep.h"
+#include "cuboid_mapping/ros/deskew/sweep.h"
 
 #include "cuboid_mapping/ros/conversions/point_bytes.h"
 
@@ -11,7 +11,6 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-constexpr std::int64_t kSliceNanoseconds = 1000000;
 constexpr double kMaxTime_s = 1.0;
 
 std::int32_t sliceOf(double time_s) {
@@ -135,12 +134,6 @@ struct TimesReader {
 };
 
 }  // namespace
-
-ros::Duration middleOf(std::int32_t slice) {
-  ros::Duration middle;
-  middle.fromNSec(slice * kSliceNanoseconds + kSliceNanoseconds / 2);
-  return middle;
-}
 
 std::optional<Slices> findSlices(const std::vector<double>& times_s) {
   const std::int32_t limit = sliceOf(kMaxTime_s);

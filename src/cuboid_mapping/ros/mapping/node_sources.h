@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cuboid_mapping/ros/clouds/cloud_pipeline.h"
-#include "cuboid_mapping/ros/clouds/source_subscriber.h"
 #include "cuboid_mapping/ros/diagnostics/cloud_ledger.h"
 #include "cuboid_mapping/ros/diagnostics/diagnostics.h"
+#include "cuboid_mapping/ros/mapping/sensor_input.h"
+#include "cuboid_mapping/ros/mapping/source_subscriber.h"
 
 #include <diagnostic_updater/diagnostic_updater.h>
 #include <ros/node_handle.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/ros/clouds/cloud_pipeline.h"
-#include "cuboid_mapping/ros/clouds/node_sources.h"
-#include "cuboid_mapping/ros/clouds/source_subscriber.h"
+#include "cuboid_mapping/ros/mapping/node_sources.h"
+#include "cuboid_mapping/ros/mapping/sensor_input.h"
+#include "cuboid_mapping/ros/mapping/source_subscriber.h"
 #include "cuboid_mapping/ros/middleware/rate_limit.h"
 #include "cuboid_mapping/ros/parameters/reconfigure.h"
 #include "ros/cloud_messages.h"
@@ -216,17 +216,16 @@ Occupancy classAt(SourceUse use, const cuboid_mapping::Cell& cell, double* log_o
   CloudPoses poses;
   poses.T_map_cloud = Eigen::Translation3d(0.05, 0.05, 0.05);
   poses.T_map_sensor = poses.T_map_cloud;
-  NodeStatistics statistics;
-  std::optional<CloudError> error;
-  const auto* update = source.pipeline.compute(
-      makeSensorMessage(spec, {{1.0, 0.0, 0.0}, {2.0, 0.0, 0.0}}), poses, statistics, error);
+  const Observed observed =
+      source.input.compute(makeSensorMessage(spec, {{1.0, 0.0, 0.0}, {2.0, 0.0, 0.0}}), poses);
+  const auto* update = observed.update;
   // A map with another hit: the source's hit counts.
   cuboid_mapping::CuboidMap map([] {
     cuboid_mapping::MapConfig config;
     config.resolution_m = 0.1;
     return config;
   }());
-  (void)map.apply(*update, source.pipeline.sensorModel());
+  (void)map.apply(*update, source.input.sensorModel());
   if (log_odds != nullptr) *log_odds = map.voxels().logOddsAt(cell).value_or(0.0F);
   return map.voxels().at(cell);
 }

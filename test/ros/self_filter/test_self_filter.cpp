@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/ros/clouds/self_filter.h"
+#include "cuboid_mapping/ros/self_filter/self_filter.h"
 
 #include "cuboid_mapping/map/cuboid_map.h"
-#include "cuboid_mapping/ros/clouds/cloud_pipeline.h"
-#include "cuboid_mapping/ros/clouds/robot_description.h"
+#include "cuboid_mapping/ros/mapping/sensor_input.h"
 #include "cuboid_mapping/ros/parameters/reconfigure.h"
+#include "cuboid_mapping/ros/self_filter/robot_description.h"
 #include "ros/cloud_messages.h"
 #include "support/random_shapes.h"
 #include "tools/run_program.h"
@@ -275,19 +275,20 @@ TEST(SelfFilter, NeedsTheTransformsOfTheRobot) {
   tf.setTransform(transform, "test", true);
   const auto poses = findPoses(tf, frames, header, {}).poses;
   ASSERT_TRUE(poses);
-  ASSERT_EQ(poses->T_map_parts.size(), 1U);
-  EXPECT_EQ(poses->T_map_parts[0].translation().x(), 3.0);
+  ASSERT_EQ(poses->T_map_steps.size(), 1U);
+  EXPECT_EQ(poses->T_map_steps[0].translation().x(), 3.0);
 }
 
-/// Map that a pipeline makes from points in the frame of a lidar at the origin of the map.
+/// Map that an input makes from points in the frame of a lidar at the origin of the map.
 cuboid_mapping::CuboidMap makeMap(const NodeParameters& parameters, const CloudPoses& poses,
                                   const std::vector<Eigen::Vector3d>& points,
-                                  NodeStatistics& statistics) {
+                                  CloudFigures& figures) {
   CloudSpec spec;
   spec.width = static_cast<std::uint32_t>(points.size());
-  CloudPipeline pipeline(parameters, parameters.source);
-  std::optional<CloudError> error;
-  const auto* update = pipeline.compute(makeSensorMessage(spec, points), poses, statistics, error);
+  SensorInput input(parameters, parameters.source);
+  const Observed observed = input.compute(makeSensorMessage(spec, points), poses);
+  const auto* update = observed.update;
+  figures = observed.figures;
   cuboid_mapping::CuboidMap map(makeMapConfig(parameters));
   EXPECT_NE(update, nullptr);
   if (update != nullptr) map.apply(*update);
@@ -298,38 +299,38 @@ CloudPoses posesWithArm(const Eigen::Vector3d& arm_map) {
   CloudPoses poses;
   poses.T_map_cloud.setIdentity();
   poses.T_map_sensor.setIdentity();
-  poses.T_map_parts.emplace_back(Eigen::Translation3d(arm_map));
+  poses.T_map_steps.emplace_back(Eigen::Translation3d(arm_map));
   return poses;
 }
 
 TEST(SelfFilter, PointsOnTheRobotNeitherMarkNorClear) {
-  NodeStatistics statistics;
+  CloudFigures figures;
   const std::vector<Eigen::Vector3d> points{{0.95, 0.05, 0.05}, {0.05, 2.05, 0.05}};
-  const auto map = makeMap(makeParameters(), posesWithArm({1.0, 0.0, 0.0}), points, statistics);
-  EXPECT_EQ(statistics.num_on_robot, 1U);
-  EXPECT_EQ(statistics.num_points, 1U);
+  const auto map = makeMap(makeParameters(), posesWithArm({1.0, 0.0, 0.0}), points, figures);
+  EXPECT_EQ(figures.num_on_robot, 1U);
+  EXPECT_EQ(figures.num_points, 1U);
   EXPECT_EQ(map.voxels().at({9, 0, 0}), Occupancy::kUnknown);
   EXPECT_EQ(map.voxels().at({5, 0, 0}), Occupancy::kUnknown);
   EXPECT_EQ(map.voxels().at({0, 20, 0}), Occupancy::kOccupied);
-  const auto moved = makeMap(makeParameters(), posesWithArm({3.0, 0.0, 0.0}), points, statistics);
+  const auto moved = makeMap(makeParameters(), posesWithArm({3.0, 0.0, 0.0}), points, figures);
   EXPECT_EQ(moved.voxels().at({9, 0, 0}), Occupancy::kOccupied) << "the arm is elsewhere";
 }
 
 TEST(SelfFilter, TheVoxelsOfTheRobotAreKeptFreeAsFarAsNothingHitsThem) {
-  NodeStatistics statistics;
+  CloudFigures figures;
   NodeParameters parameters = makeParameters();
   parameters.self_filter.keep_free = true;
   // The second point is outside the box, in a voxel whose centre is inside.
   const auto map = makeMap(parameters, posesWithArm({1.01, 0.01, 0.01}),
-                           {{0.95, 0.05, 0.05}, {1.0, 0.0, 0.28}}, statistics);
-  EXPECT_EQ(statistics.num_on_robot, 1U);
+                           {{0.95, 0.05, 0.05}, {1.0, 0.0, 0.28}}, figures);
+  EXPECT_EQ(figures.num_on_robot, 1U);
   EXPECT_EQ(map.voxels().at({9, 0, 0}), Occupancy::kFree);
   EXPECT_EQ(map.voxels().at({10, 0, 2}), Occupancy::kOccupied);
   EXPECT_EQ(map.voxels().numFreeVoxels() + map.voxels().numOccupiedVoxels(), 125.0 + 10.0)
       << "and the beam before the robot";
   parameters.source.use = SourceUse::kMark;
   const auto marked =
-      makeMap(parameters, posesWithArm({1.0, 0.0, 0.0}), {{0.05, 2.05, 0.05}}, statistics);
+      makeMap(parameters, posesWithArm({1.0, 0.0, 0.0}), {{0.05, 2.05, 0.05}}, figures);
   EXPECT_EQ(marked.voxels().at({9, 0, 0}), Occupancy::kUnknown) << "a source that only marks";
 }
 
@@ -337,7 +338,7 @@ TEST(SelfFilter, OfAListOfSourcesAllHaveIt) {
   NodeParameters parameters = makeParameters();
   parameters.sources.resize(2);
   for (const auto& source : makeSources(parameters)) {
-    EXPECT_EQ(source->frames.parts.size(), 1U);
+    EXPECT_EQ(source->frames.steps.size(), 1U);
   }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/ros/conversions/ground_filter.h"
+#include "cuboid_mapping/ros/ground/ground_filter.h"
 
 #include <pcl/console/print.h>
 #include <pcl/point_types.h>

@@ -4,24 +4,13 @@
 #include "cuboid_mapping/geometry/grid.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
 
-#include <ros/node_handle.h>
-
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
 #include <cstddef>
-#include <functional>
-#include <optional>
-#include <string>
 #include <vector>
 
 namespace cuboid_mapping_ros {
-
-/// Text of the parameter of this name; nothing if there is none.
-using FindText = std::function<std::optional<std::string>(const std::string& name)>;
-
-/// Looks in the private namespace of a node, and then in the namespaces above it.
-[[nodiscard]] FindText findTextFrom(const ros::NodeHandle& private_nh);
 
 /// Fills self_filter.parts with the parts of the robot: its boxes, then the shapes of its description.
 ///

@@ -1,19 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "cuboid_mapping/ros/parameters/parameters.h"
+
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
 #include <vector>
 
 namespace cuboid_mapping_ros {
-
-/// Limits of the ground: the ground_filter of octomap_server.
-struct GroundFilterConfig {
-  double distance_m = 0.04;        ///< Maximum distance of a point from its plane.
-  double angle_rad = 0.15;         ///< Maximum angle between the plane's normal and z of the base.
-  double plane_distance_m = 0.07;  ///< Largest distance of the plane from z = 0 of the base.
-};
 
 /// Ground and other points, each in the order of the cloud.
 struct GroundSplit {

@@ -4,20 +4,12 @@
 
 #include "cuboid_mapping/ros/conversions/cloud_conversions.h"
 #include "cuboid_mapping/ros/conversions/sensor_conversions.h"
+#include "cuboid_mapping/ros/mapping/tf_poses.h"
 
-#include <ros/duration.h>
-
-#include <cstdint>
 #include <optional>
 #include <vector>
 
 namespace cuboid_mapping_ros {
-
-/// Slices of a sweep by number: slice i has the points from i to i + 1 milliseconds after the stamp.
-using Slices = std::vector<std::int32_t>;
-
-/// Middle of a slice, after the stamp.
-[[nodiscard]] ros::Duration middleOf(std::int32_t slice);
 
 /// Slices in which points were measured, in order. Odd times are left out: those a second or more from the
 /// stamp, and slices with less than a hundredth of the points that are 0.1 s away from all others.

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/deskew/deskew_step.h"
+
+#include "cuboid_mapping/ros/deskew/sweep.h"
+
+#include <string>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+/// Minimum stamp: with earlier ones, slices could lie before time begins.
+constexpr double kMinStamp_s = 2.0;
+
+}  // namespace
+
+DeskewStep::DeskewStep(const NodeParameters& /*parameters*/, const SourceParameters& source)
+    : maps_no_returns_(source.no_return_range_m > 0.0) {}
+
+std::vector<ParameterDeclaration> DeskewStep::declare() {
+  return {{"deskew", "", boolean(&SourceParameters::deskew),
+           "true: each point is put where the sensor was at the time of the point, by tf. Times "
+           "come from the field time, t, offset_time or timestamp of a cloud, or from "
+           "time_increment of a scan. false: all points have the time of the stamp."}};
+}
+
+std::vector<ParameterError> DeskewStep::check(const LoadedParameters& loaded) {
+  const SourceParameters& source = loaded.parameters.source;
+  const bool is_depth = source.type == SourceType::kDepthImage;
+  if (!source.deskew || !(is_depth || source.filter_ground)) return {};
+  return {{"deskew", std::string("is true, but does not go with ") +
+                         (is_depth ? "type: depth_image" : "filter_ground") +
+                         ": switch one of them off"}};
+}
+
+bool DeskewStep::isOn(const NodeParameters& /*parameters*/, const SourceParameters& source) {
+  return source.deskew;
+}
+
+std::optional<std::vector<double>> DeskewStep::readTimes(const SensorMessage& message) const {
+  return readPointTimes(message, maps_no_returns_);
+}
+
+Slices DeskewStep::findSlices(const SensorMessage& message) const {
+  if (message.header().stamp.toSec() < kMinStamp_s) return {};
+  const auto times_s = readTimes(message);
+  return times_s ? cuboid_mapping_ros::findSlices(*times_s).value_or(Slices()) : Slices();
+}
+
+std::optional<CloudError> DeskewStep::refuse(const SensorMessage& message,
+                                             const Slices& slices) const {
+  if (!slices.empty()) return std::nullopt;
+  return describeError(DropReason::kNoPointTimes, "message", message.header(),
+                       "it has no time for each point within a second of its stamp, as deskew "
+                       "needs: a field time, t, offset_time or timestamp, or a time_increment");
+}
+
+std::vector<CloudPoints> DeskewStep::divide(const SensorMessage& message, const CloudPoints& points,
+                                            const Slices& slices) const {
+  return divideIntoSlices(points, readTimes(message).value(), slices);
+}
+
+}  // namespace cuboid_mapping_ros

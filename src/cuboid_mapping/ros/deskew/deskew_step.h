@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/ros/mapping/sensor_step.h"
+
+#include <optional>
+#include <vector>
+
+namespace cuboid_mapping_ros {
+
+/// Puts each point where the sensor was at the time of the point.
+class DeskewStep : public SensorStep {
+ public:
+  DeskewStep(const NodeParameters& parameters, const SourceParameters& source);
+
+  [[nodiscard]] static std::vector<ParameterDeclaration> declare();
+  [[nodiscard]] static std::vector<ParameterError> check(const LoadedParameters& loaded);
+  [[nodiscard]] static bool isOn(const NodeParameters& parameters, const SourceParameters& source);
+
+  [[nodiscard]] Slices findSlices(const SensorMessage& message) const override;
+  [[nodiscard]] std::optional<CloudError> refuse(const SensorMessage& message,
+                                                 const Slices& slices) const override;
+  void setOptions(CloudOptions& options) const override { options.wants_numbers = true; }
+  [[nodiscard]] std::vector<CloudPoints> divide(const SensorMessage& message,
+                                                const CloudPoints& points,
+                                                const Slices& slices) const override;
+
+ private:
+  [[nodiscard]] std::optional<std::vector<double>> readTimes(const SensorMessage& message) const;
+
+  bool maps_no_returns_;  ///< Beams without return have times, too.
+};
+
+}  // namespace cuboid_mapping_ros
