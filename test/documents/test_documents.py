@@ -12,8 +12,8 @@ PAGES = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *sorted((ROOT / 'doc').rg
 # Programs in documents are parts of files that other tests build and run.
 PROGRAMS = [path.read_text() for path in sorted((ROOT / 'examples').rglob('*')) if path.is_file()]
 # Pages for users, beside README.
-GUIDES = ('clean_maps', 'display', 'first_map', 'fleet', 'install', 'interface', 'library', 'method', 'octomap_server', 'plan',
-          'planner_guide', 'poses', 'python', 'sensors', 'troubleshooting', 'window')
+GUIDES = ('clean_maps', 'compare', 'display', 'faq', 'first_map', 'fleet', 'install', 'interface', 'library', 'method', 'octomap_server', 'plan',
+          'planner_guide', 'poses', 'python', 'sensors', 'troubleshooting', 'tutorial', 'window')
 # First words of command lines that do not belong to this package.
 OTHERS = {'.', 'catkin_make', 'cd', 'cmake', 'ctest', 'pip', 'rosdep', 'rostopic', 'sudo', 'wget'}
 
@@ -85,7 +85,7 @@ class DocumentsTest(unittest.TestCase):
         self.assertLessEqual(words, 9000)
 
     def test_the_moving_pictures_move_and_are_small(self):
-        for name in ('demo.gif', 'explore.gif'):
+        for name in ('explore.gif', 'growing.gif'):
             content = (ROOT / 'doc' / name).read_bytes()
             self.assertEqual(content[:6], b'GIF89a')
             self.assertGreater(content.count(b'\x21\xf9\x04'), 5, 'frames')
