@@ -57,7 +57,8 @@ void addRunOptions(CommandLine& line, Options& options, RawOptions& raw) {
   line.addNumber("threads", options.insertion.map.threads,
                  "number of threads for cuboid_mapping and OpenVDB", {1, 256});
   line.addFlag("fuse-every-cloud", options.engine.fuses_every_cloud,
-               "divide changed bricks into cuboids after every cloud, as the node does; else once, at the end");
+               "divide changed bricks into cuboids after every cloud, as the node does; else once, "
+               "at the end");
   line.addNumber(
       "laps", options.laps,
       "insert all clouds this often, each time at another place: shows how cost grows with the map",
