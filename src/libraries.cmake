@@ -12,7 +12,7 @@ cuboid_mapping_add_part(core
   cuboid_mapping/fusion/grower.cpp
   cuboid_mapping/fusion/growing_bricks.cpp
   cuboid_mapping/fusion/growth_fusion.cpp
-  cuboid_mapping/fusion/search_directions.cpp
+  cuboid_mapping/fusion/growth_rules.cpp
   cuboid_mapping/geometry/grid.cpp
   cuboid_mapping/geometry/isometry.cpp
   cuboid_mapping/geometry/voxel_motion.cpp

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "paper_grid.h"
 
-#include "cuboid_mapping/fusion/search_directions.h"
-#include "evaluation/rtree.h"
-
 namespace cuboid_mapping::bench {
 
 void PaperGrid::update(const ScanUpdate& update) {

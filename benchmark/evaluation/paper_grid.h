@@ -2,9 +2,9 @@
 // The paper's occupancy grid as its text has it: to be compared with, not to be used.
 #pragma once
 
-#include "cuboid_mapping/fusion/growth_config.h"
 #include "cuboid_mapping/occupancy/sensor_model.h"
 #include "cuboid_mapping/scan/brick_update.h"
+#include "evaluation/growth_variant.h"
 #include "evaluation/rtree.h"
 
 #include <cstddef>

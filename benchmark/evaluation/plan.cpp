@@ -30,31 +30,31 @@ std::vector<RunSpec> variants(double resolution_m) {
                              fusionRun(FusionKind::kNone, resolution_m)};
   const auto add = [&](auto change) {
     specs.push_back(paper);
-    change(specs.back().map);
+    change(specs.back());
   };
-  add([](MapConfig& map) { map.environment = Environment::kStatic; });
+  add([](RunSpec& spec) { spec.map.environment = Environment::kStatic; });
   for (const GrowthStep step : {GrowthStep::kOwnWidth, GrowthStep::kNeighbour}) {
-    add([step](MapConfig& map) { map.growth.step = step; });
+    add([step](RunSpec& spec) { spec.growth.step = step; });
   }
   for (const char* search :
        {"largest_gain", "random", "+z -z +x +y -x -y", "-x -y -z +x +y +z", "+x -x +y -y +z -z"}) {
-    add([search](MapConfig& map) { map.growth.search = *parseSearchStrategy(search); });
+    add([search](RunSpec& spec) { spec.growth.search = *parseSearchStrategy(search); });
   }
   for (const GrowthStarters starters : {GrowthStarters::kEndPoints, GrowthStarters::kChanged}) {
-    add([starters](MapConfig& map) { map.growth.starters = starters; });
+    add([starters](RunSpec& spec) { spec.growth.starters = starters; });
   }
-  add([](MapConfig& map) { map.growth.settle_clouds = 0; });
+  add([](RunSpec& spec) { spec.map.growth.settle_clouds = 0; });
   for (const int seed : {2, 3}) {  // What is drawn at random: starters, and an order.
     for (const char* search : {"paper", "random"}) {
-      add([search, seed](MapConfig& map) {
-        map.growth.search = *parseSearchStrategy(search);
-        map.growth.sampling.seed = seed;
+      add([search, seed](RunSpec& spec) {
+        spec.growth.search = *parseSearchStrategy(search);
+        spec.map.growth.sampling.seed = seed;
       });
     }
   }
-  add([](MapConfig& map) {  // What comes out best together.
-    map.growth.starters = GrowthStarters::kChanged;
-    map.growth.step = GrowthStep::kNeighbour;
+  add([](RunSpec& spec) {  // What comes out best together.
+    spec.growth.starters = GrowthStarters::kChanged;
+    spec.growth.step = GrowthStep::kNeighbour;
   });
   return specs;
 }

@@ -63,9 +63,9 @@ json describe(const RunSpec& spec, const std::vector<Scan>& scans) {
   run["fusion"] = toString(spec.map.fusion);
   run["environment"] = toString(spec.map.environment);
   if (spec.map.fusion == FusionKind::kGrowth) {
-    run["step"] = toString(spec.map.growth.step);
-    run["search"] = toText(spec.map.growth.search);
-    run["starters"] = toString(spec.map.growth.starters);
+    run["step"] = toString(spec.growth.step);
+    run["search"] = toText(spec.growth.search);
+    run["starters"] = toString(spec.growth.starters);
     run["samples_per_m"] = spec.map.growth.sampling.per_m;
     run["seed"] = spec.map.growth.sampling.seed;
     run["settle_clouds"] = spec.map.growth.settle_clouds;
@@ -196,10 +196,10 @@ std::string nameOf(const RunSpec& spec) {
   }
   if (spec.map.environment == Environment::kStatic) name << "_static";
   if (spec.map.fusion != FusionKind::kGrowth) return name.str();
-  std::string search = toText(spec.map.growth.search);
+  std::string search = toText(spec.growth.search);
   search.erase(std::remove(search.begin(), search.end(), ' '), search.end());
-  name << "_" << toString(spec.map.growth.step) << "_" << search << "_"
-       << toString(spec.map.growth.starters);
+  name << "_" << toString(spec.growth.step) << "_" << search << "_"
+       << toString(spec.growth.starters);
   if (spec.map.growth.settle_clouds != GrowthConfig().settle_clouds) {
     name << "_settle" << spec.map.growth.settle_clouds;
   }
@@ -269,9 +269,12 @@ json runOctomap(const RunSpec& spec, const std::vector<Scan>& scans, double min_
 json runCuboidMap(const RunSpec& spec, const std::vector<Scan>& scans, double min_query_s,
                   const octomap::OcTree& octomap) {
   json run = describe(spec, scans);
-  const MapConfig& config = spec.map;
+  MapConfig config = spec.map;
+  const BeamSampling sampling = config.beamSampling();
+  config.growth.rules = makeRules(spec.growth, sampling.seed);
   CuboidMap map(config);
-  ScanUpdater updater(map.grid(), kNoLimit, 1, config.beamSampling());
+  ScanUpdater updater(map.grid(), kNoLimit, 1,
+                      spec.growth.starters == GrowthStarters::kSampled ? sampling : BeamSampling());
   double cpu_s = 0.0;
   json cells_over_time = json::array();
   for (const Scan& scan : scans) {

@@ -21,6 +21,7 @@ struct RunSpec {
   bool is_octomap = false;
   std::optional<PaperReading> reading;  ///< Runs PaperGrid, in place of this package's map.
   MapConfig map;
+  GrowthVariant growth;       ///< Rules of FusionKind::kGrowth.
   double rotation_deg = 0.0;  ///< Of the clouds about the z axis of the map.
 };
 

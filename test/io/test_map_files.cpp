@@ -214,7 +214,6 @@ TEST(MapFiles, ofTextHaveTheCuboidsOfTheMapWhateverItsFusion) {
     MapConfig config;
     config.resolution_m = 0.25;
     config.fusion = fusion;
-    config.growth.starters = GrowthStarters::kChanged;
     const CuboidMap map = std::move(test::randomMap(random, config).map);
     const std::vector<Cuboid> expected = test::allCuboids(map);
     ASSERT_GT(expected.size(), 1000U);

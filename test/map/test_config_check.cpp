@@ -77,19 +77,14 @@ TEST(CheckConfig, findsEachBadField) {
 
 TEST(CheckConfig, looksAtGrowthWhereItIsChosen) {
   MapConfig config;
-  config.growth.step = static_cast<GrowthStep>(7);
-  config.growth.search.order = SearchStrategy::Order::kFixed;  // Directions are missing.
-  config.growth.starters = static_cast<GrowthStarters>(7);
   config.growth.sampling.per_m = 1e9;
   config.growth.alpha_min = 0.51;
   config.growth.alpha_max = 0.49;
   config.growth.settle_clouds = -1;
   EXPECT_TRUE(checkConfig(config).empty());
   config.fusion = FusionKind::kGrowth;
-  const std::vector<std::string> expected = {"growth.step",         "growth.search.directions",
-                                             "growth.starters",     "growth.sampling.per_m",
-                                             "growth.alpha_min",    "growth.alpha_max",
-                                             "growth.settle_clouds"};
+  const std::vector<std::string> expected = {"growth.sampling.per_m", "growth.alpha_min",
+                                             "growth.alpha_max", "growth.settle_clouds"};
   EXPECT_EQ(fieldsOf(checkConfig(config)), expected);
   config.growth = {};
   for (const double per_m : {100.1, 1e30, -1.0, std::nan(""), HUGE_VAL}) {
@@ -97,24 +92,6 @@ TEST(CheckConfig, looksAtGrowthWhereItIsChosen) {
     EXPECT_EQ(fieldsOf(checkConfig(config)), std::vector<std::string>{"growth.sampling.per_m"})
         << per_m;
     EXPECT_THROW(CuboidMap{config}, std::invalid_argument) << per_m;
-  }
-}
-
-TEST(CheckConfig, takesAnyOrderOfAllSixDirectionsAndNothingElse) {
-  MapConfig config;
-  config.fusion = FusionKind::kGrowth;
-  config.growth.search.order = SearchStrategy::Order::kFixed;
-  const SearchDirections order{{{2, -1}, {0, 1}, {1, 1}, {2, 1}, {0, -1}, {1, -1}}};
-  const auto is_taken = [&](const SearchDirections& directions) {
-    config.growth.search.directions = directions;
-    return checkConfig(config).empty();
-  };
-  EXPECT_TRUE(is_taken(order));
-  for (const SearchDirection wrong : {SearchDirection{-1, 1}, SearchDirection{3, 1},
-                                      SearchDirection{1, 0}, SearchDirection{1, 1}}) {
-    SearchDirections directions = order;
-    directions[5] = wrong;
-    EXPECT_FALSE(is_taken(directions)) << wrong.axis << ' ' << wrong.sign;
   }
 }
 

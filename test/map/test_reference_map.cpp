@@ -93,10 +93,8 @@ MapConfig randomConfig(Random& random, FusionKind fusion, Environment environmen
   config.sensor_model = randomModel(random);
   config.rtree = random.chance(0.5) ? RTreeConfig{4, 2} : RTreeConfig{};
   config.threads = random.chance(0.1) ? 2 : 1;
-  config.growth.starters = static_cast<GrowthStarters>(random.integer(0, 2));
-  config.growth.step = static_cast<GrowthStep>(random.integer(0, 2));
   config.growth.settle_clouds = random.integer(0, 3);
-  if (random.chance(0.3)) config.growth.search.order = SearchStrategy::Order::kLargestGain;
+  if (random.chance(0.3)) config.growth.sampling.per_m = 0.0;
   return config;
 }
 

@@ -99,7 +99,6 @@ MapConfig randomConfig(Random& random) {
   config.fusion = random.chance(0.6)   ? FusionKind::kClass
                   : random.chance(0.5) ? FusionKind::kGrowth
                                        : FusionKind::kNone;
-  config.growth.starters = GrowthStarters::kChanged;
   return config;
 }
 

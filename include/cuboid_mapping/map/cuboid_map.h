@@ -40,9 +40,7 @@ struct MapConfig {
 
   /// Sampling of beams that this map needs.
   [[nodiscard]] BeamSampling beamSampling() const {
-    const bool needs_samples =
-        fusion == FusionKind::kGrowth && growth.starters == GrowthStarters::kSampled;
-    return needs_samples ? growth.sampling : BeamSampling{};
+    return fusion == FusionKind::kGrowth ? growth.sampling : BeamSampling{};
   }
 };
 

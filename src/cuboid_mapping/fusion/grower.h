@@ -2,9 +2,8 @@
 #pragma once
 
 #include "cuboid_mapping/fusion/growing_bricks.h"
-#include "cuboid_mapping/fusion/growth_config.h"
+#include "cuboid_mapping/fusion/growth_rules.h"
 
-#include <optional>
 #include <vector>
 
 namespace cuboid_mapping {
@@ -14,25 +13,18 @@ namespace cuboid_mapping {
 /// class (7), (8). The fused cuboid replaces these cells.
 class Grower {
  public:
-  /// @param bricks  Get the fused cuboids; must outlive the object.
-  Grower(const GrowthConfig& config, GrowingBricks& bricks) : config_(config), bricks_(bricks) {}
+  /// @param bricks  Get the fused cuboids. Both must outlive the object.
+  Grower(const GrowthRules& rules, GrowingBricks& bricks) : rules_(rules), bricks_(bricks) {}
 
   /// Grows cells until none of them can: one pass tries each cell once; the next pass tries those beside a fused cuboid
   /// again. @param cells  The paper's set T, in the order of trial. @throws std::bad_alloc
   void grow(std::vector<Cell> cells);
 
  private:
-  struct Growth;
-
   void tryCell(const Cell& cell);
-  [[nodiscard]] bool expand(Growth& growth);
-  [[nodiscard]] bool expandMost(Growth& growth);
-  [[nodiscard]] std::optional<CellBox> findSlab(SearchDirection direction, const Growth& growth);
-  [[nodiscard]] bool absorb(SearchDirection direction, Growth& growth);
-  [[nodiscard]] SearchDirections directionsOf(const CellBox& box) const;
   [[nodiscard]] std::vector<Cell> startersBesideFused();
 
-  const GrowthConfig& config_;
+  const GrowthRules& rules_;
   GrowingBricks& bricks_;
   std::vector<CellBox>
       fused_;                ///< Cuboids that have fused in this pass, also those absorbed since.

@@ -66,7 +66,9 @@ void takeChanges(GrowingBricks& bricks, GrowthChange& change) {
 }  // namespace
 
 GrowthFusion::GrowthFusion(const GrowthConfig& config, const SensorModel& model)
-    : config_(config), model_(model) {
+    : config_(config),
+      rules_(config.rules ? config.rules : std::make_shared<const GrowthRules>()),
+      model_(model) {
   waiting_.reserve(static_cast<std::size_t>(config.settle_clouds) + 1);
 }
 
@@ -89,18 +91,9 @@ GrowthChange GrowthFusion::prepareCloud(const VoxelStore& voxels,
   }
   cuts.apply(bricks);
   std::vector<Cell> cells = release(bricks, cloud);
-  if (config_.starters == GrowthStarters::kChanged) {
-    for (const std::uint32_t i : change.changed) {
-      forEachCell(change.bricks[i].brick, change.bricks[i].changed,
-                  [&](const Cell& cell) { cells.push_back(cell); });
-    }
-  } else {
-    for (const BrickUpdate& brick : observed) {
-      forEachCell(brick.brick, brick.hits, [&](const Cell& cell) { cells.push_back(cell); });
-    }
-    cells.insert(cells.end(), samples.begin(), samples.end());
-  }
-  Grower(config_, bricks).grow(std::move(cells));
+  const std::vector<Cell> starters = rules_->startersOf(change, observed, samples);
+  cells.insert(cells.end(), starters.begin(), starters.end());
+  Grower(*rules_, bricks).grow(std::move(cells));
   takeChanges(bricks, result);
   return result;
 }

@@ -10,6 +10,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 namespace cuboid_mapping {
@@ -68,6 +69,7 @@ class GrowthFusion {
   [[nodiscard]] std::vector<Cell> release(GrowingBricks& bricks, std::uint64_t cloud) const;
 
   GrowthConfig config_;
+  std::shared_ptr<const GrowthRules> rules_;
   SensorModel model_;
   GrownBricks bricks_;
   std::uint64_t num_clouds_ = 0;

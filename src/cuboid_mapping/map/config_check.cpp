@@ -3,7 +3,6 @@
 
 #include "cuboid_mapping/map/mapper.h"
 
-#include <algorithm>
 #include <cmath>
 #include <sstream>
 #include <stdexcept>
@@ -43,22 +42,7 @@ class Checker {
   std::vector<ConfigError> errors_;
 };
 
-/// Whether each direction comes once.
-bool isPermutation(const SearchDirections& directions) {
-  for (const SearchDirection& direction : directions) {
-    if (direction.axis < 0 || direction.axis > 2 || std::abs(direction.sign) != 1) return false;
-    if (std::count(directions.begin(), directions.end(), direction) != 1) return false;
-  }
-  return true;
-}
-
 void check(const GrowthConfig& growth, Checker& checker) {
-  using Order = SearchStrategy::Order;
-  checker.expectEnumerator("growth.step", growth.step, GrowthStep::kNeighbour);
-  checker.expectEnumerator("growth.search.order", growth.search.order, Order::kRandom);
-  checker.expect(growth.search.order != Order::kFixed || isPermutation(growth.search.directions),
-                 "growth.search.directions", "no order of all six", "each direction once");
-  checker.expectEnumerator("growth.starters", growth.starters, GrowthStarters::kChanged);
   const double per_m = growth.sampling.per_m;
   checker.expect(per_m >= 0.0 && per_m <= 100.0, "growth.sampling.per_m", per_m, "0 to 100");
   checker.expectWithin("growth.alpha_min", growth.alpha_min.value_or(0.5), 1.0 - kMostOccupied,

@@ -241,7 +241,6 @@ class GrowingWalls {
   static MapConfig makeConfig() {
     MapConfig config;
     config.fusion = FusionKind::kGrowth;
-    config.growth.starters = cuboid_mapping::GrowthStarters::kChanged;
     config.growth.settle_clouds = 0;
     return config;
   }

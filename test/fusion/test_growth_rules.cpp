@@ -1,16 +1,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/fusion/search_directions.h"
+#include "cuboid_mapping/fusion/growth_rules.h"
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <string>
 
 namespace cuboid_mapping {
 namespace {
 
 std::string textOf(const SearchDirections& directions) {
-  return cuboid_mapping::toText(SearchStrategy{SearchStrategy::Order::kFixed, directions});
+  std::string text;
+  for (const SearchDirection& direction : directions) {
+    text += text.empty() ? "" : " ";
+    text += direction.sign > 0 ? '+' : '-';
+    text += "xyz"[direction.axis];
+  }
+  return text;
 }
 
 TEST(PaperDirections, ofACubeAreFixed) {
@@ -61,28 +66,6 @@ TEST(SlabOf, isWhatAnExpansionAdds) {
   EXPECT_EQ(slabOf(box, {1, -1}, 1), (CellBox{{0, -1, 0}, {2, 0, 4}}));
   EXPECT_EQ(slabOf(box, {2, 1}, 4), (CellBox{{0, 0, 4}, {2, 3, 8}}));
   EXPECT_EQ(slabOf(box, {0, -1}, 2), (CellBox{{-2, 0, 0}, {0, 3, 4}}));
-}
-
-TEST(ParseSearchStrategy, knowsNamesAndPermutations) {
-  using Order = SearchStrategy::Order;
-  EXPECT_EQ(parseSearchStrategy("paper")->order, Order::kPaper);
-  EXPECT_EQ(parseSearchStrategy("largest_gain")->order, Order::kLargestGain);
-  EXPECT_EQ(parseSearchStrategy("random")->order, Order::kRandom);
-  const auto fixed = parseSearchStrategy("-z +z  +y -y +x -x");
-  ASSERT_TRUE(fixed);
-  EXPECT_EQ(fixed->order, Order::kFixed);
-  EXPECT_EQ(textOf(fixed->directions), "-z +z +y -y +x -x");
-}
-
-TEST(ParseSearchStrategy, refusesEverythingElse) {
-  for (const char* text : {"paper", "largest_gain", "random", "+z -z +x -x +y -y"}) {
-    EXPECT_EQ(cuboid_mapping::toText(*parseSearchStrategy(text)), text);
-  }
-  for (const char* text :
-       {"", "Paper", "+x", "+x +y +z -x -y", "+x +y +z -x -y -y", "+x +y +z -x -y -z +x",
-        "+x +y +z -x -y -w", "x y z -x -y -z", "+x+y+z-x-y-z"}) {
-    EXPECT_FALSE(parseSearchStrategy(text)) << text;
-  }
 }
 
 }  // namespace
