@@ -85,6 +85,21 @@ class InstallSpaceTest(unittest.TestCase):
         library = re.search(r'<library path="([^"]+)"', plugins).group(1)
         self.assertTrue((self.space / 'lib' / f'{library}.so').is_file(), library)
 
+    def test_each_file_is_in_a_debian_package(self):
+        """Benchmarks and the setup files of a workspace are in none. Packages have a folder for the architecture in lib/."""
+        lists = [SOURCE / 'debian/not-installed', *(SOURCE / 'debian').glob('*.install')]
+        patterns = [line for path in lists for line in path.read_text().splitlines() if not line.startswith('#')]
+        carried = set()
+        for pattern in patterns:
+            pattern = pattern.replace('usr/', '').replace('lib/*/', 'lib/').replace('/python3/dist-', '/python3*/*-')
+            carried |= {file for path in self.space.glob(pattern) for file in [path, *path.rglob('*')]}
+        makefiles = [*(SOURCE / 'src').glob('*.cmake'), *SOURCE.glob('*/CMakeLists.txt')]
+        extras = {name for path in makefiles for names in re.findall(r'install_extras\((.*?)\)', path.read_text(), re.DOTALL)
+                  for name in names.split()}
+        files = {path for folder in ('bin', 'include', 'lib', 'share') for path in (self.space / folder).rglob('*')
+                 if path.name not in extras and '__pycache__' not in path.parts and not path.is_dir()}
+        self.assertEqual(files - carried, set())
+
     def test_a_shell_finds_the_programs_that_a_user_types(self):
         for name in ('bag_to_map', 'map_convert', 'map_fetch', 'map_info', 'map_render'):
             self.assertTrue(os.access(self.space / 'bin' / name, os.X_OK), name)
