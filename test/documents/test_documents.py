@@ -102,6 +102,18 @@ class DocumentsTest(unittest.TestCase):
                 self.assertTrue((page.parent / link).exists(), f'{page.name}: {link}')
         self.assertGreater(num_links, 20)
 
+    def test_links_lead_to_headings(self):
+        num_links = 0
+        for page in PAGES:
+            text = re.sub(r'```.*?```', '', page.read_text(), flags=re.DOTALL)
+            for file, anchor in re.findall(r'\]\(([^)#:]*)#([^)]+)\)', text):
+                num_links += 1
+                target = page.parent / file if file else page
+                headings = re.findall(r'^#+ (.*)', target.read_text(), re.MULTILINE)
+                with self.subTest(page=page.name, link=f'{file}#{anchor}'):
+                    self.assertIn(anchor, [re.sub(r'[^\w -]', '', heading.lower()).replace(' ', '-') for heading in headings])
+        self.assertGreater(num_links, 20)
+
     def test_folders_use_those_above_them_only(self):
         folders = re.findall(r'^\| `([a-z_/]+)/` \|', (ROOT / 'doc/design.md').read_text(), re.MULTILINE)
         num_uses = 0
