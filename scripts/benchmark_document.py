@@ -2,8 +2,10 @@
 """Tables of doc/performance.md, from the reports of compare_maps."""
 import json
 import math
+import pathlib
 import re
 import statistics
+import subprocess
 import sys
 
 from benchmark_plots import draw_plots
@@ -335,6 +337,13 @@ def spacing_block(reports):
                          [report for _, report in found])
 
 
+def nodes_block():
+    """Of the kept runs of nodes: `campaign/beside_octomap_server --json doc/performance/octomap_server.json` makes them."""
+    root = pathlib.Path(__file__).resolve().parent.parent
+    return subprocess.run([sys.executable, root / 'campaign/beside_octomap_server', '--read', root / 'doc/performance/octomap_server.json'],
+                          check=True, capture_output=True, text=True).stdout.strip()
+
+
 def with_machines(head, rows, reports):
     return f'{table(head, rows)}\n\n{describe_machines(reports)}' if rows else 'Not measured.'
 
@@ -353,6 +362,7 @@ def write_document(reports, others, document):
               'growth': growth_block}
     texts = {name: make(reports) for name, make in blocks.items()}
     texts.update({name: '\n\n'.join(map(make, others[name])) for name, make in OF_OTHER_COMMITS.items()})
+    texts['nodes'] = nodes_block()
     texts.update(draw_plots(reports, document.parent / document.stem))
     fill_blocks(document, texts)
 

@@ -184,14 +184,5 @@ class MissingDataTest(unittest.TestCase):
             self.assertEqual(run_all([Run('missing', 0.1), Run('missing', 0.2)], pathlib.Path(folder), pathlib.Path(folder)), 2)
 
 
-class NodesTest(unittest.TestCase):
-
-    def test_the_tables_beside_octomap_server_are_those_of_the_kept_runs(self):
-        kept = ROOT / 'doc/performance/octomap_server.json'
-        table = subprocess.run([sys.executable, ROOT / 'campaign/beside_octomap_server', '--read', kept], check=True,
-                               capture_output=True, text=True).stdout
-        self.assertIn(table, (ROOT / 'doc/performance.md').read_text())
-
-
 if __name__ == '__main__':
     unittest.main()
