@@ -4,6 +4,8 @@
 
 #include <nodelet/NodeletList.h>
 #include <nodelet/NodeletLoad.h>
+#include <ros/service.h>
+#include <std_srvs/Empty.h>
 #include <sys/wait.h>
 
 #include <array>
@@ -44,6 +46,25 @@ TEST(BadParameters, TheNodeNamesThemAllAndEndsWithAnError) {
   }
   EXPECT_NE(ending.output.find("not started: 3 bad parameters"), std::string::npos)
       << ending.output;
+}
+
+TEST(BadParameters, ASecondNodeOfANameEndsAndTheFirstGoesOn) {
+  const std::string reset = "/good_node/reset";
+  ASSERT_TRUE(ros::service::waitForService(reset, ros::Duration(60.0)));
+  const Ending ending =
+      run("timeout --kill-after=5 60 " CUBOID_MAPPING_NODE " __name:=good_node __log:=/dev/null");
+  EXPECT_EQ(ending.exit_code, 1) << ending.output;
+  EXPECT_NE(ending.output.find("not started: a node /good_node runs already"), std::string::npos)
+      << ending.output;
+  std_srvs::Empty empty;
+  EXPECT_TRUE(ros::service::call(reset, empty));
+}
+
+TEST(BadParameters, ANodeStartsWhereOneOfItsNameWasKilled) {
+  // The killed one leaves its address with the master. `timeout` returns 124 if the node runs.
+  const std::string node = CUBOID_MAPPING_NODE " __name:=killed_node __log:=/dev/null";
+  EXPECT_EQ(run("timeout --signal=KILL 6 " + node).exit_code, -1);
+  EXPECT_EQ(run("timeout --kill-after=5 6 " + node).exit_code, 124);
 }
 
 TEST(BadArguments, TheNodeExplainsItselfInPlaceOfLoadingAMap) {

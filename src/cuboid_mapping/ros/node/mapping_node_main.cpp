@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The node: runs the nodelet in a process of its own, under the name of the node.
 #include "cuboid_mapping/ros/middleware/names.h"
+#include "cuboid_mapping/ros/middleware/twin_node.h"
 #include "cuboid_mapping/ros/node/mapping_nodelet.h"
 
 #include <nodelet/loader.h>
+#include <ros/console.h>
 #include <ros/init.h>
 #include <ros/this_node.h>
 #include <boost/function.hpp>
@@ -64,6 +66,14 @@ int main(int argc, char** argv) {
   const std::vector<std::string> arguments(argv + 1, argv + argc);
   if (const auto status = checkArguments(arguments)) return *status;
 
+  if (const auto twin = cuboid_mapping_ros::findTwin()) {
+    ROS_ERROR_STREAM("not started: a node "
+                     << ros::this_node::getName() << " runs already, at " << *twin
+                     << ". Start this one in a namespace of its own (__ns:=NAME), or end that one: "
+                        "rosnode kill "
+                     << ros::this_node::getName());
+    return EXIT_FAILURE;
+  }
   for (const int signal : {SIGTERM, SIGHUP}) endWithRosAt(signal);
   const boost::function<boost::shared_ptr<nodelet::Nodelet>(const std::string&)> make =
       [](const std::string& /*type*/) { return boost::make_shared<MappingNodelet>(); };
