@@ -23,6 +23,7 @@ cuboid_mapping_add_part(core
   cuboid_mapping/map/cuboid_search.cpp
   cuboid_mapping/map/locked_boxes.cpp
   cuboid_mapping/sharing/map_follower.cpp
+  cuboid_mapping/sharing/shared_map_follower.cpp
   cuboid_mapping/map/map_merge.cpp
   cuboid_mapping/map/map_edit.cpp
   cuboid_mapping/map/map_snapshot.cpp
@@ -178,7 +179,6 @@ cuboid_mapping_add_part(client
   cuboid_mapping/io/packed_bricks.cpp
   cuboid_mapping/ros/cuboid_map_client.cpp
   cuboid_mapping/ros/conversions/map_messages.cpp
-  cuboid_mapping/ros/mapping/phase_fair_mutex.cpp
   cuboid_mapping/ros/middleware/callback_guard.cpp)
 add_dependencies(cuboid_mapping_client
   ${cuboid_mapping_EXPORTED_TARGETS} ${catkin_EXPORTED_TARGETS})
@@ -202,7 +202,7 @@ endif()
 # The ROS layer: parameters, conversions, the node, and a folder for each feature of ros/features.cpp.
 file(GLOB sources CONFIGURE_DEPENDS RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} cuboid_mapping/ros/features.cpp cuboid_mapping/ros/*/*.cpp)
 list(FILTER sources EXCLUDE REGEX
-  "/(callback_guard|map_messages|mapping_node_main|nodelet_plugin|phase_fair_mutex|robot_description(_missing)?)\\.cpp$")
+  "/(callback_guard|map_messages|mapping_node_main|nodelet_plugin|robot_description(_missing)?)\\.cpp$")
 add_library(cuboid_mapping_ros ${sources} ${robot_description})
 # Three units of the same size keep two cores busy to the end of a build.
 set_target_properties(cuboid_mapping_ros PROPERTIES UNITY_BUILD_BATCH_SIZE 20)

@@ -1,21 +1,22 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "cuboid_mapping/geometry/function_ref.h"
 #include "cuboid_mapping/map/cuboid_map.h"
 
 #include <pybind11/pybind11.h>
 
-#include <mutex>
-#include <shared_mutex>
+#include <optional>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 namespace cuboid_map_python {
 
 namespace py = pybind11;
 
-/// A map that Python holds. Readers run side by side, changes alone. All wait for the lock, and hold it,
-/// without the GIL, so that GIL and lock cannot wait for each other.
+/// A map that Python holds. Readers run side by side. They wait for locks, and hold them, without the GIL, so that
+/// GIL and lock cannot wait for each other.
 class MapAccess {
  public:
   MapAccess() = default;
@@ -26,17 +27,15 @@ class MapAccess {
   /// @param work  (const CuboidMap&) -> a value without Python objects in it.
   template <typename WorkT>
   auto read(WorkT work) {
+    using Result = std::decay_t<std::invoke_result_t<WorkT&, const cuboid_mapping::CuboidMap&>>;
     const py::gil_scoped_release release;
-    std::shared_lock<std::shared_mutex> lock(mutex_);
-    while (!isSettled()) {
-      lock.unlock();
-      {
-        const std::unique_lock<std::shared_mutex> alone(mutex_);
-        settle();
-      }
-      lock.lock();
+    if constexpr (std::is_void_v<Result>) {
+      withMap([&](const cuboid_mapping::CuboidMap& map) { work(map); });
+    } else {
+      std::optional<Result> result;
+      withMap([&](const cuboid_mapping::CuboidMap& map) { result.emplace(work(map)); });
+      return std::move(*result);
     }
-    return work(map());
   }
 
   [[nodiscard]] cuboid_mapping::Grid grid() {
@@ -46,23 +45,10 @@ class MapAccess {
   std::string frame_id;  ///< Frame of the map; guarded by the GIL.
 
  protected:
-  /// @param work  Changes the map.
-  template <typename WorkT>
-  auto change(WorkT work) {
-    const py::gil_scoped_release release;
-    const std::unique_lock<std::shared_mutex> lock(mutex_);
-    return work();
-  }
-
-  /// Whether map() may be read; guarded by the lock.
-  [[nodiscard]] virtual bool isSettled() const { return true; }
-  /// Makes map() readable. @pre Nobody else has the lock.
-  virtual void settle() {}
-  /// The map. @throws std::runtime_error  if there is none yet.
-  [[nodiscard]] virtual const cuboid_mapping::CuboidMap& map() const = 0;
-
- private:
-  std::shared_mutex mutex_;
+  using MapReader = cuboid_mapping::FunctionRef<void(const cuboid_mapping::CuboidMap&)>;
+  /// Calls work with the map, which does not change meanwhile. Without the GIL.
+  /// @throws std::runtime_error  There is none yet.
+  virtual void withMap(MapReader work) = 0;
 };
 
 using MapClass = py::class_<MapAccess>;

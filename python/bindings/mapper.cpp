@@ -7,6 +7,8 @@
 #include "map_access.h"
 
 #include <memory>
+#include <mutex>
+#include <shared_mutex>
 
 namespace cuboid_map_python {
 namespace {
@@ -28,6 +30,15 @@ struct GivenScan {
 };
 
 class MapperAccess : public MapAccess {
+ private:
+  /// Changes run alone. @param work  Changes the map.
+  template <typename WorkT>
+  auto change(WorkT work) {
+    const py::gil_scoped_release release;
+    const std::unique_lock<std::shared_mutex> lock(mutex_);
+    return work();
+  }
+
  public:
   explicit MapperAccess(const MapperConfig& config) : mapper_(config), map_(mapper_.map()) {}
 
@@ -61,14 +72,24 @@ class MapperAccess : public MapAccess {
   }
 
  protected:
-  [[nodiscard]] bool isSettled() const override { return is_settled_; }
-  void settle() override {
+  void withMap(MapReader work) override {
+    std::shared_lock<std::shared_mutex> lock(mutex_);
+    while (!is_settled_) {
+      lock.unlock();
+      settle();
+      lock.lock();
+    }
+    work(map_);
+  }
+
+ private:
+  void settle() {
+    const std::unique_lock<std::shared_mutex> lock(mutex_);
     (void)mapper_.map();
     is_settled_ = true;
   }
-  [[nodiscard]] const CuboidMap& map() const override { return map_; }
 
- private:
+  std::shared_mutex mutex_;
   Mapper mapper_;
   const CuboidMap& map_;  ///< Map of the mapper.
   bool is_settled_ = true;

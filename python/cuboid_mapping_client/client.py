@@ -46,10 +46,8 @@ class CuboidMapClient:
     """
 
     def __init__(self, server='cuboid_mapping', on_change=None):
-        self._lock = threading.RLock()
         # rospy has a thread for each topic; _turn serializes messages.
         self._turn = threading.RLock()
-        self._arrived = threading.Event()
         self._awaited_since = None
         self._early_updates = collections.deque(maxlen=_MAX_EARLY_UPDATES)  # Updates before the awaited map.
         self._has_values = False  # Updates carry log-odds.
@@ -65,10 +63,7 @@ class CuboidMapClient:
             rospy.Subscriber('cuboid_map', FullCuboidMap, self._take_map)]
 
     def close(self):
-        """Stops following; the map stays as it is, and on_change is not called any more.
-
-        Do not call it while you hold `lock`.
-        """
+        """Stops following; the map stays as it is, and on_change is not called any more."""
         for subscriber in self._subscribers:
             subscriber.unregister()
         with self._turn:
@@ -81,7 +76,7 @@ class CuboidMapClient:
         self.close()
 
     def wait_for_map(self, timeout=None):
-        """Blocks until the first map has come; logs the reason if that takes some seconds.
+        """Blocks until has_map; logs the reason if that takes some seconds.
 
         timeout: seconds; None: no limit.
         Returns False after the timeout, or when this node is shut down.
@@ -90,14 +85,15 @@ class CuboidMapClient:
         while not rospy.is_shutdown():
             now = time.monotonic()
             left = float('inf') if timeout is None else begin + timeout - now
-            if self._arrived.wait(max(0.0, min(left, 0.1))):
+            if self.has_map:
                 return True
+            time.sleep(max(0.0, min(left, 0.1)))
             if left <= 0.0 or now - told > _PATIENCE_S:
                 told = now
                 self._say_what_is_missing()
             if left <= 0.0:
                 break
-        return self._arrived.is_set()
+        return self.has_map
 
     @property
     def map(self):
@@ -107,20 +103,41 @@ class CuboidMapClient:
         """
         return self._map
 
-    @property
-    def lock(self):
-        """Keeps the map unchanged while it is held: `with client.lock:` for several queries of one revision."""
-        return self._lock
+    def copy(self):
+        """Returns the current revision as a cuboid_map.MapCopy, which does not change, for several queries.
+
+        It has all queries, `revision`, `instance`, `replacements`, `stamp_ns` and `frame_id`. It costs no time, and holds
+        up no update.
+        """
+        return self._map.copy()
 
     @property
     def has_map(self):
-        """Whether the first map has come."""
+        """Whether a map has come that knows a voxel.
+
+        False again while a restarted or reset node's map is empty: no answer about it helps a planner.
+        """
         return self._map.has_map
 
     @property
     def revision(self):
         """Revision of the server's map that the copy equals; 0 before the first map."""
         return self._map.revision
+
+    @property
+    def instance(self):
+        """Number of the server's run, which changes when it restarts; 0 before the first map."""
+        return self._map.instance
+
+    @property
+    def replacements(self):
+        """Times that a reset, load, move or correction has replaced the server's map in this run."""
+        return self._map.replacements
+
+    @property
+    def stamp(self):
+        """Stamp of the last cloud in the map, a rospy.Time; 0 before the first."""
+        return rospy.Time(0, self._map.stamp_ns)
 
     @property
     def frame_id(self):
@@ -156,13 +173,11 @@ class CuboidMapClient:
                 self._awaited_since = time.monotonic()  # The next update requests it.
                 return
             try:
-                with self._lock:
-                    self._map.take_map(parts)
-                    self._map.frame_id = message.header.frame_id
+                self._map.take_map(parts)
+                self._map.frame_id = message.header.frame_id
             except DamagedMessage as error:
                 rospy.logwarn_throttle(10.0, 'ignored a damaged FullCuboidMap: %s' % error)
                 return
-            self._arrived.set()
             self._tell()
             early = list(self._early_updates)
             self._early_updates.clear()
@@ -176,8 +191,7 @@ class CuboidMapClient:
                 return
             before = self._map.revision
             self._has_values = message.bricks.has_values
-            with self._lock:
-                is_good = self._map.take_update(message)
+            is_good = self._map.take_update(message)
             if self._map.revision != before:
                 self._tell()
             self._is_updated = is_good

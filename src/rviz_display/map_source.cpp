@@ -30,7 +30,7 @@ void FollowedMap::read(const std::function<void(const CuboidMap&)>& work) const 
 }
 
 std::string FollowedMap::fault() const {
-  return client_.hasMap() ? "" : "no map has come on " + topic_;
+  return client_.instance() != 0 ? "" : "no map has come on " + topic_;
 }
 
 FileMap::FileMap(const std::string& file)

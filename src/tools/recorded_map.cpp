@@ -49,7 +49,7 @@ class RecordedMapFollower {
   }
 
   [[nodiscard]] const cuboid_mapping::CuboidMap* map() const { return follower_.map(); }
-  [[nodiscard]] const std::string& frameId() const { return frame_id_; }
+  [[nodiscard]] const std::string& frameId() const { return follower_.label().frame_id; }
   /// Detail of the last keyframe.
   [[nodiscard]] MapDetail detail() const { return detail_; }
   [[nodiscard]] const std::set<std::string>& servers() const { return servers_; }
@@ -71,7 +71,7 @@ class RecordedMapFollower {
     if (!incoming_ || incoming_->part + 1 < incoming_->num_parts) return;
     const ImageMessage whole = *std::exchange(incoming_, std::nullopt);
     if (!follower_.take(whole.image)) return;  // It is damaged.
-    noteTaken(message, whole.header);
+    noteTaken(message);
     detail_ = whole.image.detail;
     behind_since_.reset();
     for (const BagMessage& early : std::exchange(early_updates_, {})) {
@@ -95,7 +95,7 @@ class RecordedMapFollower {
 
   void takeUpdate(const CuboidMapUpdate& update, const BagMessage& message) {
     switch (follower_.take(fromMessage(update).delta)) {
-      case FollowResult::kApplied: noteTaken(message, update.header); [[fallthrough]];
+      case FollowResult::kApplied: noteTaken(message); [[fallthrough]];
       case FollowResult::kOld: is_updated_ = true; return;
       case FollowResult::kDamaged:
       case FollowResult::kGap:
@@ -118,9 +118,8 @@ class RecordedMapFollower {
                              ": choose one with --server");
   }
 
-  void noteTaken(const BagMessage& message, const std_msgs::Header& header) {
+  void noteTaken(const BagMessage& message) {
     time_ = std::max(time_, message.instance.getTime());
-    frame_id_ = header.frame_id;
   }
 
   BagFiles& bags_;
@@ -128,7 +127,6 @@ class RecordedMapFollower {
   std::string server_;
   std::set<std::string> servers_;  ///< All servers on the topics.
   cuboid_mapping::MapFollower follower_;
-  std::string frame_id_;
   MapDetail detail_ = MapDetail::kClasses;
   ros::Time time_;
   std::optional<ros::Time> behind_since_;

@@ -49,6 +49,24 @@ TEST(MapSnapshot, bringsAMapBack) {
   }
 }
 
+TEST(MapSnapshot, ACopyIsTheMap) {
+  Random random(57);
+  for (const FusionKind fusion : {FusionKind::kClass, FusionKind::kGrowth, FusionKind::kNone}) {
+    MapConfig config;
+    config.fusion = fusion;
+    CuboidMap map(config);
+    for (int i = 0; i < 5; ++i) map.apply(test::randomUpdate(random, {{-3, -3, -3}, {3, 3, 3}}, 9));
+    map.lock({{0, 0, 0}, {9, 9, 9}});
+    CuboidMap copy = copyOf(map);
+    EXPECT_EQ(test::allCuboids(copy), test::allCuboids(map));
+    EXPECT_EQ(test::voxelsOf(takeSnapshot(copy, "").bricks),
+              test::voxelsOf(takeSnapshot(map, "").bricks));
+    EXPECT_EQ(copy.lockedBoxes(), map.lockedBoxes());
+    copy.clear();
+    EXPECT_GT(map.voxels().size(), 0U);
+  }
+}
+
 TEST(MapSnapshot, OfAnotherResolutionIsRefused) {
   Random random(52);
   const MapSnapshot snapshot = test::randomSnapshot(random);

@@ -45,7 +45,7 @@ class NodeClientTest : public NodeTest {
       const std::lock_guard<std::mutex> lock(changes_mutex_);
       changes_.push_back(changes);
     });
-    ASSERT_TRUE(waitFor([this] { return client_->hasMap(); }));
+    ASSERT_TRUE(waitFor([this] { return client_->instance() != 0; }));
   }
 
   void sendRoom(double x_m, long count) {
@@ -78,6 +78,8 @@ class NodeClientTest : public NodeTest {
     const GetCuboids::Response server = serverMap();
     ASSERT_TRUE(waitFor([&] { return client_->revision() >= server.info.revision; }));
     ASSERT_EQ(client_->revision(), server.info.revision);
+    EXPECT_EQ(client_->instance(), server.info.instance);
+    EXPECT_EQ(client_->replacements(), server.info.replacements);
     client_->read([&](const CuboidMap& map) {
       double num_voxels = 0.0;
       for (const cuboid_mapping::MapCuboid& cuboid : server.cuboids) {
@@ -284,9 +286,12 @@ TEST_F(NodeClientTest, FollowsEditsAndResets) {
   expectSameMap();
   setBox(10.0, SetBox::Request::UNKNOWN);
   expectSameMap();
+  const std::uint64_t replacements = client_->replacements();
   reset();
   expectSameMap();
   EXPECT_EQ(client_->read([](const CuboidMap& map) { return map.voxels().size(); }), 0U);
+  EXPECT_FALSE(client_->hasMap()) << "an empty map is of no use to a planner";
+  EXPECT_EQ(client_->replacements(), replacements + 1);
   sendRoom(0.2, 2);
   expectSameMap();
 }
@@ -310,6 +315,25 @@ TEST_F(NodeClientTest, FollowsThoughSomebodyAlwaysReads) {
   const std::uint64_t revision = serverMap().info.revision;
   EXPECT_TRUE(waitFor([&] { return client_->revision() >= revision; }));
   is_over = true;
+}
+
+TEST_F(NodeClientTest, ALongReaderKeepsItsRevisionAndHoldsUpNothing) {
+  sendRoom(0.0, 1);
+  expectSameMap();
+  const CuboidMap own = client_->copy();
+  client_->read([&](const ClientMap& kept) {
+    const std::uint64_t revision = kept.revision();
+    for (int i = 1; i <= 5; ++i) {
+      setBox(0.1 * i, SetBox::Request::OCCUPIED);
+      expectSameMap();
+    }
+    EXPECT_EQ(kept.revision(), revision);
+    EXPECT_LT(kept.revision(), client_->revision());
+    EXPECT_EQ(kept.stamp(), ros::Time(101.5));
+    EXPECT_EQ(kept.frameId(), "map");
+    EXPECT_EQ(kept.map().voxels().numOccupiedVoxels(), own.voxels().numOccupiedVoxels());
+    EXPECT_NE(client_->copy().voxels().numOccupiedVoxels(), own.voxels().numOccupiedVoxels());
+  });
 }
 
 TEST_F(NodeClientTest, GetsTheMapWhenItComesLate) {

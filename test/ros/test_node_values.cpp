@@ -62,12 +62,12 @@ class LossyServer {
   /// Changes the map. @param is_lost  The update is not sent.
   void change(const std::function<ChangeSet(CuboidMap&)>& work, bool is_lost) {
     DeltaMessage message;
-    message.header.frame_id = "map";
     {
       const std::lock_guard<std::mutex> lock(mutex_);
       const std::uint64_t base = map_.revision();
       const ChangeSet changes = work(map_);
       message.delta = makeDelta(map_, changes, instance_, base, detail_);
+      message.delta.label.frame_id = "map";
     }
     images_.noteUpdate(map_.revision());
     if (message.delta.is_everything) images_.publishSoon();
@@ -85,8 +85,8 @@ class LossyServer {
     const std::lock_guard<std::mutex> lock(mutex_);
     ++num_asked_;
     ImageMessage message;
-    message.header.frame_id = "map";
     message.image = makeImage(map_, instance_, detail);
+    message.image.label.frame_id = "map";
     return message;
   }
 
@@ -126,7 +126,7 @@ class LossyServerTest : public ::testing::TestWithParam<MapImageServer::Options>
   /// they connect, but request one with the next update.
   std::unique_ptr<CuboidMapClient> connectFirst() {
     auto client = connect();
-    EXPECT_TRUE(waitFor([&] { return client->hasMap(); }));
+    EXPECT_TRUE(waitFor([&] { return client->instance() != 0; }));
     return client;
   }
   void observe(bool is_lost) {
@@ -184,8 +184,8 @@ TEST(CuboidMapClientTest, GoesWhileItsServerHangs) {
   thread.start();
   auto client = std::make_unique<CuboidMapClient>(ros::NodeHandle("hung"), "/hung/server");
   DeltaMessage message;
-  message.header.frame_id = "map";
   message.delta.instance = 1;
+  message.delta.label.frame_id = "map";
   message.delta.resolution_m = 0.1;
   EXPECT_TRUE(waitFor([&] {
     message.delta.base = message.delta.revision++;

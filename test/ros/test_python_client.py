@@ -11,6 +11,7 @@ import rospy
 import rostest
 from cuboid_map import MapFollower
 from geometry_msgs.msg import Point
+from std_srvs.srv import Empty
 
 from cuboid_mapping.msg import Box, CuboidMapUpdate
 from cuboid_mapping.srv import GetCuboids, GetCuboidsRequest, GetMap, SetBox, SetBoxRequest
@@ -66,11 +67,11 @@ class PythonClientTest(unittest.TestCase):
             everything=True, classes=GetCuboidsRequest.ALL)
         self.assertTrue(wait_for(lambda: client.revision >= answer.info.revision))
         self.assertEqual(client.revision, answer.info.revision)
+        self.assertEqual((client.instance, client.replacements), (answer.info.instance, answer.info.replacements))
         boxes = [(cuboid.min.x, cuboid.min.y, cuboid.min.z, cuboid.max.x, cuboid.max.y, cuboid.max.z)
                  for cuboid in answer.cuboids]
-        with client.lock:
-            found = client.map.query_boxes(boxes)
-            cuboids = client.map.cuboids()
+        copy = client.copy()
+        found, cuboids = copy.query_boxes(boxes), copy.cuboids()
         self.assertEqual(found.occupancy.tolist(), [cuboid.occupancy for cuboid in answer.cuboids])
         self.assertAlmostEqual(found.unknown_volume.sum(), 0.0)
         sizes = cuboids.boxes[:, 3:] - cuboids.boxes[:, :3]
@@ -86,7 +87,7 @@ class PythonClientTest(unittest.TestCase):
         changes = []
         client = CuboidMapClient(NODE, on_change=changes.append)
         self.addCleanup(client.close)
-        self.assertTrue(wait_for(lambda: client.has_map))
+        self.assertTrue(wait_for(lambda: client.instance != 0))
         self.set_box((-5, -5, -5), (5, 5, 5), SetBoxRequest.FREE)
         self.set_box((-1, -1, -1), (1, 1, 30), SetBoxRequest.OCCUPIED)
         self.expect_same_map(client)
@@ -102,6 +103,34 @@ class PythonClientTest(unittest.TestCase):
             self.assertAlmostEqual(found.occupied_volume[0], 0.5)
             self.assertAlmostEqual(found.unknown_volume[0], 2.0)
         self.assertGreaterEqual(len(changes), 2)
+
+    def test_a_copy_stays_as_it_is_while_the_client_goes_on(self):
+        with CuboidMapClient(NODE) as client:
+            self.set_box((-5, -5, -5), (5, 5, 5), SetBoxRequest.FREE)
+            self.expect_same_map(client)
+            copies = []
+            for i in range(6):
+                copies.append(client.copy())
+                revision = self.set_box((0, 0, 0), (1, 1, 1 + i), SetBoxRequest.OCCUPIED)
+                self.assertTrue(wait_for(lambda: client.revision >= revision), 'a held copy holds up nothing')
+            copies.append(client.copy())
+            volumes = [copy.query_boxes([(0, 0, 0, 1, 1, 6)]).occupied_volume[0] for copy in copies]
+            for volume, wanted in zip(volumes, range(7)):
+                self.assertAlmostEqual(volume, wanted)
+            self.assertEqual(copies[-1].revision, client.revision)
+            self.assertLess(copies[-2].revision, client.revision)
+            self.assertEqual(copies[-1].frame_id, 'map')
+            self.assertEqual(copies[-1].stamp_ns, client.stamp.to_nsec())
+
+    def test_a_reset_is_a_replacement_and_an_empty_map_is_none(self):
+        with CuboidMapClient(NODE) as client:
+            self.set_box((0, 0, 0), (1, 1, 1), SetBoxRequest.OCCUPIED)
+            self.assertTrue(wait_for(lambda: client.has_map))
+            before = client.replacements
+            rospy.ServiceProxy(NODE + '/reset', Empty)()
+            self.assertTrue(wait_for(lambda: client.replacements == before + 1))
+            self.assertFalse(client.has_map)
+            self.assertFalse(client.wait_for_map(0.1))
 
     def test_fetches_the_map_once(self):
         with mock.patch.object(client_module, '_PATIENCE_S', 60.0):
@@ -161,7 +190,7 @@ class PythonClientTest(unittest.TestCase):
     def test_asks_for_the_map_when_updates_were_lost_or_the_node_was_started_anew(self):
         client = CuboidMapClient(NODE)
         self.addCleanup(client.close)
-        self.assertTrue(wait_for(lambda: client.has_map))
+        self.assertTrue(wait_for(lambda: client.instance != 0))
         self.set_box((-5, -5, -5), (5, 5, 5), SetBoxRequest.FREE)
         self.expect_same_map(client)
         old = rospy.ServiceProxy(NODE + '/get_map', GetMap)().map

@@ -28,7 +28,7 @@ class PythonClientValuesTest(unittest.TestCase):
         rospy.wait_for_service(NODE + '/set_box', 60.0)
         self.client = CuboidMapClient(NODE)
         self.addCleanup(self.client.close)
-        self.assertTrue(self.client.wait_for_map(60.0))
+        self.assertTrue(wait_for(lambda: self.client.instance != 0))
 
     def set_box(self, low, high, probability):
         occupancy = SetBoxRequest.OCCUPIED if probability >= 0.5 else SetBoxRequest.FREE

@@ -14,8 +14,8 @@ namespace cuboid_mapping_rviz::test {
 inline ros::Publisher offer(ros::NodeHandle& nh, const cuboid_mapping::CuboidMap& map,
                             const std::string& frame_id) {
   cuboid_mapping_ros::ImageMessage message;
-  message.header.frame_id = frame_id;
   message.image = makeImage(map, 1, cuboid_mapping::MapDetail::kClasses);
+  message.image.label.frame_id = frame_id;
   ros::Publisher publisher = nh.advertise<cuboid_mapping::FullCuboidMap>("cuboid_map", 1, true);
   publisher.publish(cuboid_mapping_ros::toMessage(message));
   return publisher;

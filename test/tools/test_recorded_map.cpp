@@ -41,8 +41,8 @@ class Server {
         map_.apply(cuboid_mapping::test::randomUpdate(random_, {{-9, -4, -1}, {9, 4, 1}}, 60));
     DeltaMessage message;
     message.server = name_;
-    message.header.frame_id = "map";
     message.delta = makeDelta(map_, changes, instance_, revision_, MapDetail::kValues);
+    message.delta.label.frame_id = "map";
     revision_ = map_.revision();
     return toMessage(message);
   }
@@ -67,8 +67,8 @@ class Server {
   [[nodiscard]] ImageMessage image() const {
     ImageMessage message;
     message.server = name_;
-    message.header.frame_id = "map";
     message.image = makeImage(map_, instance_, MapDetail::kValues);
+    message.image.label.frame_id = "map";
     return message;
   }
 

@@ -58,6 +58,10 @@ void addCuboids(const CuboidMap& map, MapSnapshot& snapshot);
 /// @complexity O(n log n).
 ChangeSet restoreSnapshot(MapSnapshot snapshot, CuboidMap& map);
 
+/// A map of its own with the same configuration, voxels, locks, and cuboids; its revision starts anew. Bricks are
+/// copied, and divided when they are read. @complexity O(n log n).
+[[nodiscard]] CuboidMap copyOf(const CuboidMap& map);
+
 /// Defect of a brick; empty if there is none. A brick must lie in kAllCells, at multiples of kBrickEdge, and
 /// its log-odds must be finite.
 [[nodiscard]] std::string findFault(const VoxelBrick& brick);

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace cuboid_mapping {
@@ -13,6 +14,13 @@ namespace cuboid_mapping {
 /// clamping thresholds of a default sensor model.
 enum class MapDetail : unsigned char { kClasses, kValues };
 
+/// What the server says of a revision beside its voxels.
+struct MapLabel {
+  std::string frame_id;            ///< Frame of the map.
+  std::int64_t stamp_ns = 0;       ///< Stamp of the last cloud in it.
+  std::uint64_t num_replaced = 0;  ///< Times that a reset, load, move or correction replaced it.
+};
+
 /// A whole map, for other processes; msg/FullCuboidMap.msg documents each field.
 struct MapImage {
   std::uint64_t instance = 0;              ///< Names the server; changes when it is restarted.
@@ -20,6 +28,7 @@ struct MapImage {
   double resolution_m = 0.0;               ///< Edge of a voxel.
   MapDetail detail = MapDetail::kClasses;  ///< Content of its voxels.
   std::vector<VoxelBrick> bricks;          ///< All bricks with a known voxel.
+  MapLabel label = {};                     ///< Frame, stamp, replacements.
 };
 
 /// Changes of a map; msg/CuboidMapUpdate.msg documents each field.
@@ -32,6 +41,7 @@ struct MapDelta {
   MapDetail detail = MapDetail::kClasses;  ///< Content of the voxels.
   std::vector<VoxelBrick>
       bricks;  ///< New content of the changed bricks; a brick without known voxels became unknown.
+  MapLabel label = {};  ///< As in MapImage.
 };
 
 /// All bricks of a map, along the Morton curve. @complexity O(n).
@@ -61,6 +71,8 @@ class MapFollower {
   [[nodiscard]] bool take(MapImage image);
   /// Takes changes. @return kApplied; else the reason why the copy is as before. @complexity O(bricks log n).
   [[nodiscard]] FollowResult take(MapDelta delta);
+  /// The result of take(), which is not done. @complexity O(bricks).
+  [[nodiscard]] FollowResult check(const MapDelta& delta) const;
 
   /// The copy; nothing before the first image. Its revision is its own: see revision().
   [[nodiscard]] const CuboidMap* map() const { return map_ ? &*map_ : nullptr; }
@@ -68,11 +80,17 @@ class MapFollower {
   [[nodiscard]] std::uint64_t revision() const { return revision_; }
   /// Server of the followed map, see MapImage; 0 before the first image.
   [[nodiscard]] std::uint64_t instance() const { return instance_; }
+  /// Frame, stamp and replacements of the followed map.
+  [[nodiscard]] const MapLabel& label() const { return label_; }
+
+  /// Another copy. @complexity O(n).
+  [[nodiscard]] MapFollower copy() const;
 
  private:
   std::optional<CuboidMap> map_;
   std::uint64_t instance_ = 0;
   std::uint64_t revision_ = 0;
+  MapLabel label_;
 };
 
 }  // namespace cuboid_mapping

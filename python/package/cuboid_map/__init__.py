@@ -7,14 +7,14 @@
     mapper.cuboids(classes='occupied').boxes    # (n, 6), metres
 
 `Mapper` makes a map from scans, `MapFollower` follows the map of another process; both are a `Map`, which has the
-queries. All lengths are in metres.
+queries. `MapFollower.copy()` keeps one revision. All lengths are in metres.
 """
 from cuboid_map._core import (
-    DamagedMessage, Map, MapFileError, MapFollower, Mapper, convert, find_no_return_beams)
+    DamagedMessage, Map, MapCopy, MapFileError, MapFollower, Mapper, convert, find_no_return_beams)
 from cuboid_map.results import (
     BoxCover, Boxes, Corridor, CorridorEnd, Cuboids, Distances, FreeBoxes, Frontiers, IntegratedScan, Motion, Nearest, Occupancy,
     Paths, PosePath, Poses, RayEnd, Rays)
 
 __all__ = [
     'BoxCover', 'Boxes', 'Corridor', 'CorridorEnd', 'Cuboids', 'DamagedMessage', 'Distances', 'FreeBoxes',
-    'Frontiers', 'IntegratedScan', 'Map', 'MapFileError', 'MapFollower', 'Mapper', 'Motion', 'Nearest', 'Occupancy', 'Paths', 'PosePath', 'Poses', 'RayEnd', 'Rays', 'convert', 'find_no_return_beams']
+    'Frontiers', 'IntegratedScan', 'Map', 'MapCopy', 'MapFileError', 'MapFollower', 'Mapper', 'Motion', 'Nearest', 'Occupancy', 'Paths', 'PosePath', 'Poses', 'RayEnd', 'Rays', 'convert', 'find_no_return_beams']

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
 
 namespace cuboid_mapping {
 namespace {
@@ -69,6 +70,14 @@ ChangeSet restoreSnapshot(MapSnapshot snapshot, CuboidMap& map) {
   if (!snapshot.cuboids.empty()) restored.setGrownCuboids(snapshot.cuboids);
   map.setLocked(snapshot.locked);  // Nothing throws from here on.
   return map.exchange(restored);
+}
+
+CuboidMap copyOf(const CuboidMap& map) {
+  MapSnapshot snapshot = takeSnapshot(map, {});
+  addCuboids(map, snapshot);
+  CuboidMap copy(map.config());
+  restoreSnapshot(std::move(snapshot), copy);
+  return copy;
 }
 
 std::string findFault(const VoxelBrick& brick) {

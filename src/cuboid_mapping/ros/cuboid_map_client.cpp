@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/cuboid_map_client.h"
 
+#include "cuboid_mapping/map/map_snapshot.h"
 #include "cuboid_mapping/ros/conversions/map_messages.h"
-#include "cuboid_mapping/ros/mapping/phase_fair_mutex.h"
 #include "cuboid_mapping/ros/middleware/callback_guard.h"
 #include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/names.h"
-#include "cuboid_mapping/sharing/map_follower.h"
+#include "cuboid_mapping/sharing/shared_map_follower.h"
 
 #include <ros/console.h>
 #include <ros/init.h>
@@ -15,8 +15,9 @@
 
 #include <algorithm>
 #include <deque>
-#include <mutex>
+#include <memory>
 #include <optional>
+#include <utility>
 
 namespace cuboid_mapping_ros {
 namespace {
@@ -41,6 +42,11 @@ ChangeSet changesOf(const MapDelta& delta) {
   ChangeSet changes{delta.revision, false, {}};
   for (const auto& brick : delta.bricks) changes.bricks.push_back({brick.brick, true});
   return changes;
+}
+
+/// Whether a copy is of a server's run.
+bool isOfSameRun(const MapFollower& copy, std::uint64_t instance) {
+  return copy.map() != nullptr && copy.instance() == instance;
 }
 
 /// Whether the master knows a service. Does not wait for a master that is gone: ros::service::exists() would.
@@ -90,8 +96,7 @@ struct CuboidMapClient::Implementation {
 
   /// Whether a keyframe can be ignored, since updates arrive.
   bool isKeyframeToSpare(const ImageMessage& message) {
-    const bool is_followed =
-        !is_behind && follower.map() != nullptr && message.image.instance == follower.instance();
+    const bool is_followed = !is_behind && isOfSameRun(*follower.read(), message.image.instance);
     return is_followed && std::exchange(is_updated, false);
   }
 
@@ -121,24 +126,17 @@ struct CuboidMapClient::Implementation {
   }
 
   bool isOld(const ImageMessage& message) const {
-    return follower.map() != nullptr && message.image.instance == follower.instance() &&
-           message.image.revision <= follower.revision();
+    const auto now = follower.read();
+    return isOfSameRun(*now, message.image.instance) && message.image.revision <= now->revision();
   }
 
   void take(const ImageMessage& message) {
     awaited_since = ros::SteadyTime();
     is_behind = false;
-    // Only this thread changes the follower; readers wait for the exchange only.
     if (isOld(message)) return;
-    MapFollower fresh;
-    if (!fresh.take(message.image)) {
+    if (!follower.take(message.image)) {
       ROS_WARN_THROTTLE(10.0, "ignored a damaged FullCuboidMap");
       return;
-    }
-    {
-      const std::lock_guard<PhaseFairMutex> lock(mutex);
-      std::swap(follower, fresh);
-      header = message.header;
     }
     if (callback) callback({message.image.revision, true, {}});
     for (const DeltaMessage& early : std::exchange(early_deltas, {})) {
@@ -149,13 +147,7 @@ struct CuboidMapClient::Implementation {
   void take(const DeltaMessage& message) {
     if (isOfOtherServer(message.server)) return;
     has_values = message.delta.detail == MapDetail::kValues;
-    FollowResult result = FollowResult::kGap;
-    {
-      const std::lock_guard<PhaseFairMutex> lock(mutex);
-      result = follower.take(message.delta);
-      if (result == FollowResult::kApplied) header = message.header;
-    }
-    switch (result) {
+    switch (follower.take(message.delta)) {
       case FollowResult::kApplied:
         is_updated = true;
         if (callback) callback(changesOf(message.delta));
@@ -176,7 +168,7 @@ struct CuboidMapClient::Implementation {
   /// Whether the server will send an image by itself, as it does for each new connection, also after a restart:
   /// asking for it, too, would fetch the map twice.
   bool isImageOnItsWay(const MapDelta& delta) {
-    if (follower.map() != nullptr && delta.instance == follower.instance()) return false;
+    if (isOfSameRun(*follower.read(), delta.instance)) return false;
     const ros::SteadyTime now = ros::SteadyTime::now();
     if (awaited_since.isZero()) awaited_since = now;
     return now - awaited_since < ros::WallDuration(kImagePatience_s);
@@ -231,9 +223,7 @@ struct CuboidMapClient::Implementation {
   std::string server_name;
   GetMapClient get_map{nh};
   Callback callback;
-  mutable PhaseFairMutex mutex;
-  MapFollower follower;
-  std_msgs::Header header;
+  SharedMapFollower follower;            ///< Only this thread updates it.
   std::optional<ImageMessage> incoming;  ///< Parts of an image that have arrived.
   bool has_values = false;               ///< Updates carry log-odds.
   bool is_updated = false;               ///< Updates have arrived since the last keyframe.
@@ -243,7 +233,6 @@ struct CuboidMapClient::Implementation {
   ros::SteadyTime said_other;            ///< Last time another server was logged.
   ros::SteadyTime missing_due =          ///< Time of the next look for a missing server.
       ros::SteadyTime::now() + ros::WallDuration(kServerPatience_s);
-  CuboidMap nothing;                      ///< Empty map before the first image.
   ros::SteadyTime awaited_since;          ///< Start of the wait for a sent image; zero: none.
   std::deque<DeltaMessage> early_deltas;  ///< Updates that arrived before the image.
   ros::WallTimer image_timer;
@@ -257,20 +246,11 @@ CuboidMapClient::CuboidMapClient(const ros::NodeHandle& nh, const std::string& s
 
 CuboidMapClient::~CuboidMapClient() = default;
 
-CuboidMapClient::ReadLock::ReadLock(const CuboidMapClient& client)
-    : implementation_(*client.implementation_), generation_(implementation_.mutex.lockShared()) {}
+ClientMap CuboidMapClient::current() const { return ClientMap(implementation_->follower.read()); }
 
-CuboidMapClient::ReadLock::~ReadLock() { implementation_.mutex.unlockShared(generation_); }
+CuboidMap CuboidMapClient::copy() const { return copyOf(current().map()); }
 
-const CuboidMap& CuboidMapClient::map() const {
-  const CuboidMap* map = implementation_->follower.map();
-  return map != nullptr ? *map : implementation_->nothing;
-}
-
-bool CuboidMapClient::hasMap() const {
-  const ReadLock lock(*this);
-  return implementation_->follower.map() != nullptr;
-}
+bool CuboidMapClient::hasMap() const { return current().map().voxels().size() > 0; }
 
 bool CuboidMapClient::waitForMap(const ros::WallDuration& timeout) const {
   const ros::SteadyTime start = ros::SteadyTime::now();
@@ -288,19 +268,16 @@ bool CuboidMapClient::waitForMap(const ros::WallDuration& timeout) const {
   return hasMap();
 }
 
-std::uint64_t CuboidMapClient::revision() const {
-  const ReadLock lock(*this);
-  return implementation_->follower.revision();
+const CuboidMap& ClientMap::map() const {
+  static const CuboidMap kNothing;
+  const CuboidMap* map = version_->map();
+  return map != nullptr ? *map : kNothing;
 }
 
-ros::Time CuboidMapClient::stamp() const {
-  const ReadLock lock(*this);
-  return implementation_->header.stamp;
-}
-
-std::string CuboidMapClient::frameId() const {
-  const ReadLock lock(*this);
-  return implementation_->header.frame_id;
+ros::Time ClientMap::stamp() const {
+  ros::Time stamp;
+  stamp.fromNSec(static_cast<std::uint64_t>(version_->label().stamp_ns));
+  return stamp;
 }
 
 }  // namespace cuboid_mapping_ros

@@ -61,18 +61,34 @@ bool MapFollower::take(MapImage image) {
   map_ = std::move(fresh);  // Nothing throws from here on.
   instance_ = image.instance;
   revision_ = image.revision;
+  label_ = std::move(image.label);
   return true;
 }
 
-FollowResult MapFollower::take(MapDelta delta) {
+FollowResult MapFollower::check(const MapDelta& delta) const {
   if (!map_ || delta.instance != instance_) return FollowResult::kGap;
   if (delta.revision <= revision_) return FollowResult::kOld;
   if (delta.base > revision_ || delta.is_everything) return FollowResult::kGap;
   const bool is_good = delta.resolution_m == map_->grid().resolution() && areGood(delta.bricks);
-  if (!is_good) return FollowResult::kDamaged;
+  return is_good ? FollowResult::kApplied : FollowResult::kDamaged;
+}
+
+FollowResult MapFollower::take(MapDelta delta) {
+  const FollowResult result = check(delta);
+  if (result != FollowResult::kApplied) return result;
   map_->replace(std::move(delta.bricks));
   revision_ = delta.revision;
-  return FollowResult::kApplied;
+  label_ = std::move(delta.label);
+  return result;
+}
+
+MapFollower MapFollower::copy() const {
+  MapFollower other;
+  if (map_) other.map_ = copyOf(*map_);
+  other.instance_ = instance_;
+  other.revision_ = revision_;
+  other.label_ = label_;
+  return other;
 }
 
 }  // namespace cuboid_mapping

@@ -32,6 +32,19 @@ bool readBricks(const CuboidBricks& message, std::vector<VoxelBrick>& bricks) {
   return unpacked.has_value();
 }
 
+template <typename MessageT>
+MapLabel labelOf(const MessageT& message) {
+  return {message.header.frame_id, static_cast<std::int64_t>(message.header.stamp.toNSec()),
+          message.replacements};
+}
+
+template <typename MessageT>
+void setLabel(const MapLabel& label, MessageT& message) {
+  message.header.frame_id = label.frame_id;
+  message.header.stamp.fromNSec(static_cast<std::uint64_t>(label.stamp_ns));
+  message.replacements = label.num_replaced;
+}
+
 /// Whether the voxels lie at multiples of the resolution, as they do here.
 bool isAtZero(const geometry_msgs::Point& origin) {
   return origin.x == 0.0 && origin.y == 0.0 && origin.z == 0.0;
@@ -41,9 +54,9 @@ bool isAtZero(const geometry_msgs::Point& origin) {
 
 ImageMessage fromMessage(const FullCuboidMap& message) {
   ImageMessage result;
-  result.header = message.header;
   result.image = {
-      message.instance, message.revision, message.resolution, detailOf(message.bricks), {}};
+      message.instance, message.revision, message.resolution, detailOf(message.bricks), {},
+      labelOf(message)};
   // Followers refuse an image without a resolution.
   if (!isAtZero(message.origin) || !readBricks(message.bricks, result.image.bricks)) {
     result.image.resolution_m = 0.0;
@@ -56,7 +69,7 @@ ImageMessage fromMessage(const FullCuboidMap& message) {
 
 CuboidMapUpdate toMessage(const DeltaMessage& from) {
   CuboidMapUpdate message;
-  message.header = from.header;
+  setLabel(from.delta.label, message);
   message.server = from.server;
   message.instance = from.delta.instance;
   message.base = from.delta.base;
@@ -70,7 +83,7 @@ CuboidMapUpdate toMessage(const DeltaMessage& from) {
 
 DeltaMessage fromMessage(const CuboidMapUpdate& message) {
   DeltaMessage result;
-  result.header = message.header;
+  result.delta.label = labelOf(message);
   result.delta.instance = message.instance;
   result.delta.base = message.base;
   result.delta.revision = message.revision;
@@ -87,7 +100,7 @@ DeltaMessage fromMessage(const CuboidMapUpdate& message) {
 
 FullCuboidMap toMessage(const ImageMessage& from, const VoxelBrick* first, const VoxelBrick* last) {
   FullCuboidMap message;
-  message.header = from.header;
+  setLabel(from.image.label, message);
   message.server = from.server;
   message.instance = from.image.instance;
   message.revision = from.image.revision;

@@ -11,24 +11,21 @@
 
 #include <ros/node_handle.h>
 #include <ros/publisher.h>
-#include <std_msgs/Header.h>
 
 #include <cstdint>
 #include <string>
 
 namespace cuboid_mapping_ros {
 
-/// An image of a map, with the frame of the map and the stamp of the last cloud in it.
+/// An image of a map.
 struct ImageMessage {
-  std_msgs::Header header;
   MapImage image;
   std::uint32_t num_parts = 1;  ///< If more than one: `image` has the bricks of `part` only.
   std::uint32_t part = 0;
   std::string server;  ///< Namespace of the services of the node.
 };
-/// Changes of a map, with the frame of the map and the stamp of the last cloud in it.
+/// Changes of a map.
 struct DeltaMessage {
-  std_msgs::Header header;
   MapDelta delta;
   std::string server;
 };

@@ -79,6 +79,8 @@ void setInfo(const AnswerInfo& info, QueryBox::Response& response) {
   response.message = info.message;
   response.header = info.header;
   response.revision = info.revision;
+  response.instance = info.instance;
+  response.replacements = info.replacements;
   response.truncated = info.truncated;
 }
 

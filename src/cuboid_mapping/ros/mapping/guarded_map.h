@@ -12,6 +12,7 @@
 #include <ros/time.h>
 
 #include <atomic>
+#include <cstdint>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -48,6 +49,9 @@ class GuardedMap {
   explicit GuardedMap(const MapConfig& config) : map_(config) {}
 
   [[nodiscard]] const Grid& grid() const { return map_.grid(); }
+
+  /// Number of this run, for others: the time of its start [ns].
+  [[nodiscard]] std::uint64_t instance() const { return instance_; }
 
   /// Keeps only a window of the map in memory from now on. Call it before others use the map.
   /// @param make  (CuboidMap&) -> std::unique_ptr<MapWindow>; null for none.
@@ -178,7 +182,7 @@ class GuardedMap {
   [[nodiscard]] const std::string& progress() const { return progress_; }
   ///@}
 
-  /// Number of calls of replaceAll(). @pre Called by the work of read().
+  /// Number of calls of replaceAll() and exchange(). @pre Called by the work of read().
   [[nodiscard]] std::uint64_t numReplaced() const { return num_replaced_; }
 
   /// Keeps pages in memory, also those that are read, while the result lives.
@@ -302,6 +306,7 @@ class GuardedMap {
   [[nodiscard]] const ScanUpdate& admit(const ScanUpdate& update,
                                         const Eigen::Vector3d& window_center_map);
 
+  const std::uint64_t instance_ = ros::WallTime::now().toNSec();
   mutable FairMutex change_;      ///< Held by the thread that changes the map or prepares a change.
   mutable PhaseFairMutex mutex_;  ///< Written by the holder of `change_`.
   CuboidMap map_;

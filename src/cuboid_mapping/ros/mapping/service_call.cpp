@@ -52,12 +52,15 @@ void awaitTransform(const MapInFrame& map, const std::string& source, const ros:
   }
 }
 
-void takeHead(const CuboidMap& content, const ros::Time& stamp, const std::string& frame_id,
-              AnswerInfo& info) {
+/// @pre Called by the work of map.read().
+void takeHead(const GuardedMap& map, const CuboidMap& content, const ros::Time& stamp,
+              const std::string& frame_id, AnswerInfo& info) {
   info.success = static_cast<std::uint8_t>(true);
   info.header.frame_id = withoutSlash(frame_id);
   info.header.stamp = stamp;
   info.revision = content.revision();
+  info.instance = map.instance();
+  info.replacements = map.numReplaced();
 }
 
 Eigen::Vector3d toFinite(const geometry_msgs::Point& point, const std::string& name) {
@@ -258,7 +261,7 @@ QueryLimits ServiceCall::editLimits() const {
 }
 
 void ServiceCall::fillInfo(const CuboidMap& content, const ros::Time& stamp) {
-  takeHead(content, stamp, map_.frame_id, info_);
+  takeHead(map_.map, content, stamp, map_.frame_id, info_);
 }
 
 void ServiceCall::noteEnd(const Budget& budget, const std::string& advice) {
@@ -278,7 +281,7 @@ void ServiceCall::noteAnswered(const Entries& entries, std::size_t num_answered,
 AnswerInfo makeInfo(const GuardedMap& map, const std::string& frame_id, const std::string& error) {
   AnswerInfo info;
   map.read([&](const CuboidMap& content, const ros::Time& stamp) {
-    takeHead(content, stamp, frame_id, info);
+    takeHead(map, content, stamp, frame_id, info);
   });
   info.success = static_cast<std::uint8_t>(error.empty());
   info.message = error;

@@ -161,7 +161,6 @@ MapPublisher::MapPublisher(const MapHost& host)
       server_(host.private_nh.getNamespace()),
       frame_id_(withoutSlash(host.parameters.frame_id)),
       detail_(host.parameters.publish_values ? MapDetail::kValues : MapDetail::kClasses),
-      instance_(ros::WallTime::now().toNSec()),
       delta_publisher_(ros::NodeHandle(host.nh).advertise<CuboidMapUpdate>(kCuboidMapUpdatesTopic,
                                                                            kUpdatesQueue)),
       images_(
@@ -176,11 +175,15 @@ ImageMessage MapPublisher::makeImage(MapDetail detail) const {
   return map_.read([&](const CuboidMap& map, const ros::Time& stamp) {
     ImageMessage message;
     message.server = server_;
-    message.header.frame_id = frame_id_;
-    message.header.stamp = stamp;
-    message.image = cuboid_mapping::makeImage(map, instance_, detail);
+    message.image = cuboid_mapping::makeImage(map, map_.instance(), detail);
+    message.image.label = label(stamp);
     return message;
   });
+}
+
+/// @pre Nobody changes the map.
+MapLabel MapPublisher::label(const ros::Time& stamp) const {
+  return {frame_id_, static_cast<std::int64_t>(stamp.toNSec()), map_.numReplaced()};
 }
 
 std::string MapPublisher::describeLeftOut() const {
@@ -194,13 +197,12 @@ void MapPublisher::onChanges(const MapChanges& changes) {
   const bool is_too_much = isTooMuch(changes.changed);
   message_ = {};
   message_.server = server_;
-  message_.header.frame_id = frame_id_;
-  message_.header.stamp = changes.stamp;
   if (delta_publisher_.getNumSubscribers() > 0) {
     message_.delta =
         makeDelta(changes.map, is_too_much ? everythingOf(changes.changed) : changes.changed,
-                  instance_, published_revision_, detail_);
+                  map_.instance(), published_revision_, detail_);
   }
+  message_.delta.label = label(changes.stamp);
   message_.delta.revision = changes.map.revision();
   message_.delta.is_everything = changes.changed.is_everything || is_too_much;
 }

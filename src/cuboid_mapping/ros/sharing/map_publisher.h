@@ -116,6 +116,7 @@ class MapPublisher : public MapFeature {
  private:
   // Called from the thread of the images.
   [[nodiscard]] ImageMessage makeImage(MapDetail detail) const;
+  [[nodiscard]] MapLabel label(const ros::Time& stamp) const;
   /// Text about the part of the map that is on disk only; empty: none.
   [[nodiscard]] std::string describeLeftOut() const;
 
@@ -123,7 +124,6 @@ class MapPublisher : public MapFeature {
   std::string server_;  ///< Namespace of the services.
   std::string frame_id_;
   MapDetail detail_;  ///< Detail of the topics.
-  std::uint64_t instance_;
   std::uint64_t published_revision_ = 0;
   DeltaMessage message_;  ///< The next update.
   ros::Publisher delta_publisher_;
