@@ -53,16 +53,17 @@ void ScanUpdater::sortIntoFaces(const BeamSource& source, const CloudFaces& face
     forEachPart(
         (ends.size() + kBeamsOfPart - 1) / kBeamsOfPart, [&](std::size_t part, Share& share) {
           const std::size_t last = std::min((part + 1) * kBeamsOfPart, ends.size());
+          std::vector<Eigen::Vector3f> others;
           for (std::size_t i = part * kBeamsOfPart; i < last; i += RayBatch::kSize) {
             const auto count = static_cast<int>(std::min<std::size_t>(RayBatch::kSize, last - i));
             std::uint32_t left =
                 faces.add(&ends[i], count, are_returns, first_index + i, share.faces, share.marks);
             share.num_points += static_cast<std::size_t>(count - __builtin_popcount(left));
             for (; left != 0; left &= left - 1) {
-              addBeam(source, ends[i + static_cast<std::size_t>(__builtin_ctz(left))], are_returns,
-                      share);
+              others.push_back(ends[i + static_cast<std::size_t>(__builtin_ctz(left))]);
             }
           }
+          addBeams(source, others.data(), others.size(), are_returns, share);
         });
   };
   add(scan.points, 0, true);

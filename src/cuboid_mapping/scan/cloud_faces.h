@@ -42,6 +42,11 @@ class CloudFaces {
   void setUp(Batch& batch) const;
   void setUpWide(Batch& batch) const;
   void setUpBeams(Batch& batch) const;
+  void cutEnds(Batch& batch) const;
+  void findFaces(Batch& batch) const;
+  void findEnds(Batch& batch) const;
+  void findPlanes(Batch& batch) const;
+  static void findLastSlabs(Batch& batch);
 
   const RayOrigin& origin_;
   Cell base_;

@@ -52,7 +52,8 @@ Cell toBrick(BrickKey key, const Cell& base) {
                      static_cast<std::int32_t>(key >> (2 * kBrickKeyBits) & kMask) * kBrickEdge};
 }
 
-/// Whether the origin is so near a border that ColumnWalk leaves many beams to walkRay().
+/// Whether the origin is so near a border that ColumnWalk leaves many beams to walkRay(): all beams are near that
+/// border at plane 0, and rounding decides which voxels there they pass. The walk of each is faster then.
 bool isOnBorder(const RayOrigin& origin) {
   const double margin_m = acrossMargin(0.0) * origin.grid().resolution();
   for (int axis = 0; axis < 3; ++axis) {
