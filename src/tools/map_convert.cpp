@@ -142,7 +142,10 @@ int convert(const Options& options) {
   if (format == MapFormat::kStore && isSqliteFile(options.input)) return copyStore(options);
   MapSnapshot map = readInput(options);
   throwIfInterrupted();
-  if (const auto part = partOf(options, map.resolution_m)) map.bricks = cut(map.bricks, *part);
+  if (const auto part = partOf(options, map.resolution_m)) {
+    map.bricks = cut(map.bricks, *part);
+    map.cuboids.clear();
+  }
   if (!options.frame_id.empty()) map.frame_id = options.frame_id;
   const std::size_t num_bytes = writeMapFile(options.output, map, showProgress("bricks written"));
   std::cout << options.output << ": " << describeContent(map, *format) << ", " << num_bytes

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/io/map_files.h"
 
+#include "cuboid_mapping/geometry/page.h"
+
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/voxels/uniform_boxes.h"
 #include "support/map_cuboids.h"
@@ -227,13 +229,52 @@ TEST(MapFiles, ofTextDivideTheBricksWhoseCuboidsAreNotTold) {
   MapSnapshot snapshot;  // As with a window: a grown cuboid in memory, a brick on disk.
   snapshot.resolution_m = 1.0;
   const CellBox grown{{4, 0, 0}, {12, 1, 1}};
-  snapshot.bricks = toBricks({{grown, toLogOdds(0.25)}, {{{32, 0, 0}, {34, 1, 1}}, 0.0F}}).bricks;
+  snapshot.bricks = toBricks({{grown, toLogOdds(0.25)},
+                              {{{12, 0, 0}, {14, 1, 1}}, 0.0F},
+                              {{{32, 0, 0}, {34, 1, 1}}, 0.0F}})
+                        .bricks;
   snapshot.cuboids = {{grown, Occupancy::kFree}};
   writeMapFile(folder / "map.csv", snapshot);
   EXPECT_EQ(readFile(folder / "map.csv"),
             "min_x,min_y,min_z,max_x,max_y,max_z,probability,class\n"
             "4,0,0,12,1,1,0.25,free\n"
+            "12,0,0,13,1,1,0.5,occupied\n"
+            "13,0,0,14,1,1,0.5,occupied\n"
             "32,0,0,34,1,1,0.5,occupied\n");
+}
+
+TEST(MapFiles, keepTheCuboidsThatHaveGrown) {
+  const TemporaryFolder folder;
+  for (const std::uint64_t seed : {71U, 72U, 73U}) {
+    Random random(seed);
+    MapConfig config;
+    config.resolution_m = 0.25;
+    config.fusion = FusionKind::kGrowth;
+    config.growth.alpha_min = config.growth.alpha_max = 0.5;
+    CuboidMap map = std::move(test::randomMap(random, config).map);
+    ScanUpdate update;
+    const CellBox wall{{-40, 40, 0}, {40, 43, 3}};
+    forEachBrick(wall, [&](const Cell& brick) {
+      update.bricks.emplace_back();
+      update.bricks.back().brick = brick;
+      update.bricks.back().hits = BrickMask::ofBox(intersect(wall, brickBox(brick)));
+    });
+    map.apply(update);
+    const std::vector<Cuboid> expected = test::allCuboids(map);
+    const bool is_across = std::any_of(expected.begin(), expected.end(), [](const Cuboid& cuboid) {
+      return pageOf(cuboid.box.min) != pageOf(cuboid.box.max - Cell{1, 1, 1});
+    });
+    EXPECT_TRUE(is_across) << "a cuboid lies in two pages of the store";
+    for (const char* name : {"map.cuboids", "map.sqlite"}) {
+      SCOPED_TRACE(name);
+      saveMap(map, folder / name);
+      CuboidMap copy(config);
+      loadMap(folder / name, copy);
+      EXPECT_EQ(test::allCuboids(copy), expected);
+      EXPECT_EQ(test::voxelsOf(copy), test::voxelsOf(map));
+      EXPECT_EQ(test::voxelsOf(loadMap(folder / name)), test::voxelsOf(map)) << "other fusion";
+    }
+  }
 }
 
 TEST(MapFiles, ofTheNativeFormatKeepLocks) {

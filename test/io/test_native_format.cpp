@@ -226,6 +226,32 @@ TEST(NativeFormat, hasVersion3WithLocksAndVersion2Without) {
   EXPECT_EQ(defectOf(toNativeFormat(snapshot)), MapFileDefect::kCorrupted) << "overlap";
 }
 
+TEST(NativeFormat, hasVersion4WithFusedCuboids) {
+  MapSnapshot snapshot = goldenSnapshot();
+  snapshot.cuboids = {{CellBox::ofCell({0, 0, 0}), Occupancy::kFree}};
+  EXPECT_EQ(toNativeFormat(snapshot)[kVersionAt], 2) << "a single cell is not fused";
+  snapshot.cuboids = {{{{9, 0, 0}, {20, 1, 2}}, Occupancy::kOccupied},
+                      {{{-30, 0, 0}, {8, 1, 1}}, Occupancy::kFree},
+                      {{{9, 1, 0}, {11, 2, 2}}, Occupancy::kFree}};
+  for (const bool is_locked : {false, true}) {
+    if (is_locked) snapshot.locked = {{{-3, -2, -1}, {4, 5, 6}}};
+    const std::string bytes = toNativeFormat(snapshot);
+    EXPECT_EQ(bytes[kVersionAt], 4);
+    const MapSnapshot read = fromNativeFormat(bytes);
+    EXPECT_EQ(read.cuboids, snapshot.cuboids);
+    EXPECT_EQ(read.locked, snapshot.locked);
+    EXPECT_TRUE(isSame(read.bricks, snapshot.bricks));
+    EXPECT_EQ(toNativeFormat(read), bytes);
+    for (std::size_t length = 8; length < bytes.size(); ++length) {
+      ASSERT_EQ(defectOf(bytes.substr(0, length)), MapFileDefect::kTruncated) << length;
+    }
+  }
+  snapshot.cuboids.push_back({{{19, 0, 0}, {21, 1, 1}}, Occupancy::kFree});
+  EXPECT_EQ(defectOf(toNativeFormat(snapshot)), MapFileDefect::kCorrupted) << "overlap";
+  snapshot.cuboids.back().box = {{Grid::kMaxCell - 1, 0, 0}, {Grid::kMaxCell + 1, 1, 1}};
+  EXPECT_EQ(defectOf(toNativeFormat(snapshot)), MapFileDefect::kCorrupted) << "too far";
+}
+
 TEST(NativeFormat, saysThatAFileIsForeign) {
   EXPECT_EQ(defectOf("# Octomap OcTree file\n"), MapFileDefect::kForeign);
   EXPECT_EQ(defectOf("\x89PNG\r\n\x1a\n"), MapFileDefect::kForeign);

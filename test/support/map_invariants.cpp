@@ -175,9 +175,12 @@ class MapChecker {
   }
 
   [[nodiscard]] BrickMask findStable(const PackedVoxels& voxels) const {
+    const GrowthConfig& growth = map_.config().growth;
     BrickMask stable;
     voxels.forEachValue([&](float log_odds, const BrickMask& of_value) {
-      if (map_.sensorModel().isStable(log_odds)) stable |= of_value;
+      const auto& alpha = log_odds >= 0.0F ? growth.alpha_max : growth.alpha_min;
+      const bool is_beyond = alpha && std::abs(log_odds) >= std::abs(toLogOdds(*alpha)) - 1e-6F;
+      if (is_beyond || map_.sensorModel().isStable(log_odds)) stable |= of_value;
     });
     return stable;
   }

@@ -68,15 +68,17 @@ class MapStore {
   [[nodiscard]] std::vector<Cell> pages() const;
 
   /// The bricks of a page, along the Morton curve; empty when it is not in the store.
-  [[nodiscard]] std::vector<VoxelBrick> read(const Cell& page) const;
+  /// @param cuboids  If not null, gets the fused cuboids whose least voxel is in the page, too.
+  [[nodiscard]] std::vector<VoxelBrick> read(const Cell& page,
+                                             std::vector<Cuboid>* cuboids = nullptr) const;
 
   /// Replaces some pages of the store by these bricks, in one transaction. A page without
-  /// bricks is removed.
+  /// bricks is removed. Fused cuboids of these pages are not kept.
   /// @pre head() is there. @param pages  Each once. Exceptions of `bricks_of` are passed on.
   void write(const std::vector<Cell>& pages, const BricksOfPage& bricks_of);
 
   /// Replaces the content of the store by a map, in one transaction.
-  /// @param head  As for setHead(). @param pages, bricks_of  As for write().
+  /// @param head  As for setHead(), with the fused cuboids. @param pages, bricks_of  As for write().
   void replaceAll(const MapSnapshot& head, const std::vector<Cell>& pages,
                   const BricksOfPage& bricks_of);
 

@@ -23,7 +23,8 @@ struct MapSnapshot {
   std::string progress = {};
   /// Result of CuboidMap::lockedBoxes(); only the native format (.cuboids) keeps it.
   std::vector<CellBox> locked = {};
-  /// Cuboids that do not follow from the classes of the voxels, see addCuboids(). No file keeps them; .csv shows them.
+  /// Fused cuboids of FusionKind::kGrowth, which do not follow from the classes of the voxels: .cuboids and .sqlite keep
+  /// them. After addCuboids() all cuboids, for a .csv.
   std::vector<Cuboid> cuboids = {};
 };
 
@@ -43,11 +44,11 @@ struct SnapshotLimits {
   }
 };
 
-/// All voxels of a map, and its locks. @complexity O(n).
+/// All voxels of a map, its locks, and its fused cuboids of FusionKind::kGrowth. @complexity O(n log n).
 [[nodiscard]] MapSnapshot takeSnapshot(const CuboidMap& map, const std::string& frame_id);
 
-/// Adds the cuboids of a map whose fusion is not kClass to its snapshot, for a .csv or a copy: they cannot be computed
-/// from voxels. @complexity O(n).
+/// Adds all cuboids of a map whose fusion is not kClass to its snapshot, also single cells, for a .csv.
+/// @complexity O(n log n).
 void addCuboids(const CuboidMap& map, MapSnapshot& snapshot);
 
 /// Replaces everything in a map, also its locks, by a snapshot, exactly. The revision rises.
@@ -76,7 +77,7 @@ struct SnapshotFault {
 ///
 /// Defects are: errors that checkConfig() finds in resolution, sensor model and environment; more
 /// bricks than the limit; a brick that comes twice or not in order, without a known voxel, outside
-/// kAllCells, or with a log-odds that is NaN or infinite; a locked box that is empty, outside kAllCells, or
+/// kAllCells, or with a log-odds that is NaN or infinite; a locked box or a cuboid that is empty, outside kAllCells, or
 /// shares a cell with another one. @complexity O(n log n).
 [[nodiscard]] std::optional<SnapshotFault> findFault(const MapSnapshot& snapshot,
                                                      const SnapshotLimits& limits = {});

@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <locale>
 #include <sstream>
-#include <unordered_set>
+#include <unordered_map>
 #include <vector>
 
 namespace cuboid_mapping {
@@ -31,13 +31,15 @@ double meanProbability(const std::vector<VoxelBrick>& bricks, const CellBox& box
   return sum / box.numVoxels();
 }
 
-/// Bricks that hold cuboids.
-std::unordered_set<Cell, CellHash> bricksWithCuboids(const std::vector<Cuboid>& cuboids) {
-  std::unordered_set<Cell, CellHash> bricks;
+/// Voxels of cuboids, by brick.
+std::unordered_map<Cell, BrickMask, CellHash> voxelsOf(const std::vector<Cuboid>& cuboids) {
+  std::unordered_map<Cell, BrickMask, CellHash> voxels;
   for (const Cuboid& cuboid : cuboids) {
-    forEachBrick(cuboid.box, [&bricks](const Cell& brick) { bricks.insert(brick); });
+    forEachBrick(cuboid.box, [&](const Cell& brick) {
+      voxels[brick] |= BrickMask::ofBox(intersect(cuboid.box, brickBox(brick)));
+    });
   }
-  return bricks;
+  return voxels;
 }
 
 /// The lines of a file.
@@ -77,11 +79,17 @@ std::string toCsv(const MapSnapshot& snapshot, const ProgressListener& listener)
     }
   };
   add(snapshot.cuboids);
-  const auto told = bricksWithCuboids(snapshot.cuboids);
+  const auto told = voxelsOf(snapshot.cuboids);
   ProgressCounter progress(listener, snapshot.bricks.size());
   for (const VoxelBrick& brick : snapshot.bricks) {
     std::vector<Cuboid> cuboids;
-    if (told.count(brick.brick) == 0) divideBrick(brick, cuboids);
+    if (const auto found = told.find(brick.brick); found == told.end()) {
+      divideBrick(brick, cuboids);
+    } else {  // Voxels beside fused cuboids are single cells.
+      forEachCell(brick.brick, brick.voxels.known().without(found->second), [&](const Cell& cell) {
+        cuboids.push_back({CellBox::ofCell(cell), brick.voxels.at(voxelIndex(cell))});
+      });
+    }
     add(cuboids);
     progress.advance();
   }

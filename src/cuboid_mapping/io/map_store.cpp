@@ -13,6 +13,7 @@
 #include <sstream>
 #include <string_view>
 #include <system_error>
+#include <unordered_map>
 
 namespace cuboid_mapping {
 namespace {
@@ -223,20 +224,23 @@ std::vector<Cell> MapStore::pages() const {
   return pages;
 }
 
-std::vector<VoxelBrick> MapStore::read(const Cell& page) const {
+std::vector<VoxelBrick> MapStore::read(const Cell& page, std::vector<Cuboid>* cuboids) const {
   SqliteStatement statement(*database_,
                             "SELECT content FROM pages WHERE x = ? AND y = ? AND z = ?");
   bindPage(statement, page);
   if (!statement.step()) return {};
   try {
-    std::vector<VoxelBrick> bricks = fromNativeFormat(statement.bytes(0), kPageLimits).bricks;
-    for (const VoxelBrick& brick : bricks) {
+    MapSnapshot content = fromNativeFormat(statement.bytes(0), kPageLimits);
+    for (const VoxelBrick& brick : content.bricks) {
       if (pageOf(brick.brick) != page) {
         throw MapFileError(MapFileDefect::kCorrupted,
                            "is damaged: it has the voxels of another page");
       }
     }
-    return bricks;
+    if (cuboids != nullptr) {
+      cuboids->insert(cuboids->end(), content.cuboids.begin(), content.cuboids.end());
+    }
+    return std::move(content.bricks);
   } catch (const MapFileError& error) {
     throw MapFileError(MapFileDefect::kCorrupted, file_ + ", " + nameOf(page) + ' ' + error.what());
   }
@@ -268,6 +272,8 @@ void MapStore::copyTo(const std::string& file) const {
 void MapStore::putPages(const MapSnapshot& head, const std::vector<Cell>& pages,
                         const BricksOfPage& bricks_of) {
   MapSnapshot content = withoutBricks(head);
+  std::unordered_map<Cell, std::vector<Cuboid>, CellHash> cuboids;
+  for (const Cuboid& cuboid : head.cuboids) cuboids[pageOf(cuboid.box.min)].push_back(cuboid);
   SqliteStatement put(*database_, "INSERT OR REPLACE INTO pages VALUES (?, ?, ?, ?)");
   SqliteStatement remove(*database_, "DELETE FROM pages WHERE x = ? AND y = ? AND z = ?");
   for (const Cell& page : pages) {
@@ -277,6 +283,7 @@ void MapStore::putPages(const MapSnapshot& head, const std::vector<Cell>& pages,
       remove.step();
       continue;
     }
+    content.cuboids = std::move(cuboids[page]);
     const std::string bytes = toNativeFormat(content);
     bindPage(put, page);
     put.bindBytes(4, bytes);
@@ -325,7 +332,9 @@ MapSnapshot readStore(const MapStore& store, const SnapshotLimits& limits, const
   std::sort(pages.begin(), pages.end(), isBeforeOnMortonCurve);
   for (const Cell& page : pages) {
     if (!part.intersects(pageBox(page))) continue;
-    for (VoxelBrick& brick : store.read(page)) snapshot.bricks.push_back(std::move(brick));
+    for (VoxelBrick& brick : store.read(page, &snapshot.cuboids)) {
+      snapshot.bricks.push_back(std::move(brick));
+    }
     if (snapshot.bricks.size() > limits.max_bricks) {
       throw MapFileError(MapFileDefect::kTooBig, store.file() + " has more than " +
                                                      std::to_string(limits.max_bricks) +

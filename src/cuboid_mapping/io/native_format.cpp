@@ -13,8 +13,9 @@ constexpr std::string_view kMagic(
     "\x89"
     "CUB\r\n\x1a\n",
     8);
-/// Version of maps without locks, which older programs can read.
-constexpr std::uint32_t kVersionWithoutLocks = 2;
+/// Versions of maps without locks and without fused cuboids, which older programs can read.
+constexpr std::uint32_t kVersionOfVoxels = 2;
+constexpr std::uint32_t kVersionOfLocks = 3;
 constexpr std::size_t kMaxFrameIdBytes = 255;
 constexpr int kCompressionLevel = 3;
 /// Minimum size of a box before compression: one byte for each column.
@@ -26,8 +27,9 @@ constexpr std::uint64_t kCuboidBytes = kBoxBytes + 1;
   throw MapFileError(defect, text);
 }
 
-/// Least cells, then sizes, axis by axis.
-void encodeBoxes(const std::vector<CellBox>& boxes, ByteWriter& payload) {
+/// Their number; least cells, then sizes, axis by axis.
+void encodeCountedBoxes(const std::vector<CellBox>& boxes, ByteWriter& payload) {
+  payload.writeVarint(boxes.size());
   for (int axis = 0; axis < 3; ++axis) {
     DifferenceWriter coordinates(payload);
     for (const CellBox& box : boxes) coordinates.write(box.min[axis]);
@@ -40,6 +42,15 @@ void encodeBoxes(const std::vector<CellBox>& boxes, ByteWriter& payload) {
   }
 }
 
+/// The fused cuboids of a class; all other cuboids of FusionKind::kGrowth are single cells.
+std::vector<CellBox> fusedBoxes(const MapSnapshot& snapshot, Occupancy occupancy) {
+  std::vector<CellBox> boxes;
+  for (const Cuboid& cuboid : snapshot.cuboids) {
+    if (cuboid.occupancy == occupancy && cuboid.box.numVoxels() > 1.0) boxes.push_back(cuboid.box);
+  }
+  return boxes;
+}
+
 /// Numbers of a header that are not part of a snapshot.
 struct Sizes {
   std::uint64_t num_items;  ///< Bricks; in version 1, cuboids.
@@ -48,10 +59,12 @@ struct Sizes {
   std::uint64_t compressed_bytes;
 };
 
-std::string encodeHeader(const MapSnapshot& snapshot, const Sizes& sizes) {
+constexpr Occupancy kClasses[] = {Occupancy::kOccupied, Occupancy::kFree};
+
+std::string encodeHeader(const MapSnapshot& snapshot, std::uint32_t version, const Sizes& sizes) {
   ByteWriter header;
   header.writeBytes(kMagic);
-  header.writeU32(snapshot.locked.empty() ? kVersionWithoutLocks : kNativeFormatVersion);
+  header.writeU32(version);
   header.writeU32(snapshot.environment == Environment::kStatic ? 1 : 0);
   const SensorModelConfig& model = snapshot.sensor_model;
   for (const double value :
@@ -137,7 +150,7 @@ void checkClaims(const Sizes& sizes, std::uint64_t item_bytes, const SnapshotLim
   }
 }
 
-/// Inverse of encodeBoxes(). @param boxes  Has the right size.
+/// Inverse of encodeCountedBoxes() after the number. @param boxes  Has the right size.
 void decodeBoxes(ByteReader& reader, std::vector<CellBox>& boxes) {
   for (int axis = 0; axis < 3; ++axis) {
     DifferenceReader coordinates(reader);
@@ -152,9 +165,9 @@ void decodeBoxes(ByteReader& reader, std::vector<CellBox>& boxes) {
   }
 }
 
-std::vector<CellBox> decodeLocks(ByteReader& reader) {
+std::vector<CellBox> decodeCountedBoxes(ByteReader& reader) {
   const std::uint32_t count = reader.readVarint();
-  if (count > reader.numLeft() / kBoxBytes) failCorrupted("it claims too many locked boxes");
+  if (count > reader.numLeft() / kBoxBytes) failCorrupted("it claims too many boxes");
   std::vector<CellBox> boxes(count);
   decodeBoxes(reader, boxes);
   return boxes;
@@ -180,14 +193,19 @@ std::string toNativeFormat(const MapSnapshot& snapshot, const ProgressListener& 
   const VoxelBrick* const first = snapshot.bricks.data();
   const std::size_t num_log_odds =
       encodeBricks(first, first + snapshot.bricks.size(), true, payload, listener);
-  if (!snapshot.locked.empty()) {
-    payload.writeVarint(snapshot.locked.size());
-    encodeBoxes(snapshot.locked, payload);
+  const std::vector<CellBox> fused[] = {fusedBoxes(snapshot, kClasses[0]),
+                                        fusedBoxes(snapshot, kClasses[1])};
+  std::uint32_t version = snapshot.locked.empty() ? kVersionOfVoxels : kVersionOfLocks;
+  if (!fused[0].empty() || !fused[1].empty()) version = kNativeFormatVersion;
+  if (version >= kVersionOfLocks) encodeCountedBoxes(snapshot.locked, payload);
+  if (version > kVersionOfLocks) {
+    for (const std::vector<CellBox>& boxes : fused) encodeCountedBoxes(boxes, payload);
   }
   const std::string compressed = compress(payload.bytes(), kCompressionLevel);
   ByteWriter file;
   file.writeBytes(encodeHeader(
-      snapshot, {snapshot.bricks.size(), num_log_odds, payload.bytes().size(), compressed.size()}));
+      snapshot, version,
+      {snapshot.bricks.size(), num_log_odds, payload.bytes().size(), compressed.size()}));
   file.writeBytes(compressed);
   file.writeU32(computeChecksum(compressed));
   return file.take();
@@ -211,7 +229,14 @@ MapSnapshot fromNativeFormat(std::string_view bytes, const SnapshotLimits& limit
     snapshot.bricks = version == 1
                           ? bricksOf(decodeCuboids(content, sizes), limits)
                           : decodeBricks(sizes.num_items, sizes.num_log_odds, true, content);
-    if (version > kVersionWithoutLocks) snapshot.locked = decodeLocks(content);
+    if (version >= kVersionOfLocks) snapshot.locked = decodeCountedBoxes(content);
+    if (version > kVersionOfLocks) {
+      for (const Occupancy occupancy : kClasses) {
+        for (const CellBox& box : decodeCountedBoxes(content)) {
+          snapshot.cuboids.push_back({box, occupancy});
+        }
+      }
+    }
     if (content.numLeft() != 0) failCorrupted("there is more data after its content");
   } catch (const MapFileError& error) {
     // The file is complete, so content that ends too early was never valid.

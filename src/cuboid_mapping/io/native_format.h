@@ -12,9 +12,9 @@
 
 namespace cuboid_mapping {
 
-/// Newest version of the format, for maps with locks; other maps have version 2. All older versions can be
-/// read.
-constexpr std::uint32_t kNativeFormatVersion = 3;
+/// Newest version of the format, for maps with fused cuboids of FusionKind::kGrowth; others have version 3 with locks,
+/// else 2. All older versions can be read.
+constexpr std::uint32_t kNativeFormatVersion = 4;
 
 /// Whether bytes begin as a file of this format.
 [[nodiscard]] bool isNativeFormat(std::string_view bytes);
@@ -25,10 +25,10 @@ constexpr std::uint32_t kNativeFormatVersion = 3;
 [[nodiscard]] std::string toNativeFormat(const MapSnapshot& snapshot,
                                          const ProgressListener& listener = {});
 
-/// Inverse of toNativeFormat(); reads versions 1 and 2, too.
+/// Inverse of toNativeFormat(); reads older versions, too.
 ///
 /// @throws MapFileError: kForeign for another magic number, kNewerVersion, kTruncated, kCorrupted
-///         for a wrong checksum, an invalid value, or (version 1) cuboids that overlap, kTooBig where
+///         for a wrong checksum, an invalid value, or cuboids that overlap, kTooBig where
 ///         more is claimed than the limits allow. Memory stays within the bound of
 ///         SnapshotLimits::ofMemory().
 [[nodiscard]] MapSnapshot fromNativeFormat(std::string_view bytes,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/map/map_snapshot.h"
 
+#include "cuboid_mapping/fusion/cuboid_tree.h"
 #include "cuboid_mapping/map/cuboid_search.h"
 #include "cuboid_mapping/map/locked_boxes.h"
 
@@ -28,17 +29,28 @@ std::string findFaultOfConfig(const MapSnapshot& snapshot) {
   return errors.empty() ? std::string() : errors.front().field + ' ' + errors.front().message;
 }
 
-std::string findFaultOfLocks(const std::vector<CellBox>& boxes) {
-  LockedBoxes locked;
+/// @param name  Name of the boxes, for a message.
+std::string findFaultOfBoxes(const char* name, const std::vector<CellBox>& boxes) {
+  LockedBoxes disjoint;
   for (const CellBox& box : boxes) {
     if (box.isEmpty() || !kAllCells.contains(box)) {
-      return concat("locked box ", box, " is empty, or reaches beyond the limits of a map");
+      return concat(name, ' ', box, " is empty, or reaches beyond the limits of a map");
     }
-    if (locked.intersects(box))
-      return concat("locked box ", box, " shares voxels with another one");
-    locked.add(box);
+    if (disjoint.intersects(box)) return concat(name, ' ', box, " shares voxels with another one");
+    disjoint.add(box);
   }
   return {};
+}
+
+std::vector<CellBox> boxesOf(const std::vector<Cuboid>& cuboids) {
+  std::vector<CellBox> boxes;
+  for (const Cuboid& cuboid : cuboids) boxes.push_back(cuboid.box);
+  return boxes;
+}
+
+void sortCuboids(std::vector<Cuboid>& cuboids) {
+  std::sort(cuboids.begin(), cuboids.end(),
+            [](const Cuboid& a, const Cuboid& b) { return a.box.min < b.box.min; });
 }
 
 }  // namespace
@@ -47,17 +59,25 @@ MapSnapshot takeSnapshot(const CuboidMap& map, const std::string& frame_id) {
   MapSnapshot snapshot{map.config().resolution_m, map.config().sensor_model,
                        map.config().environment, frame_id, map.voxels().copyIn(kAllCells)};
   snapshot.locked = map.lockedBoxes();
+  if (const GrownBricks* grown = map.cuboids().grown()) {
+    grown->forEach([&snapshot](const GrownBrick& brick) {
+      for (const Cuboid& cuboid : brick.cuboids) {
+        if (brickOf(cuboid.box.min) == brick.brick) snapshot.cuboids.push_back(cuboid);
+      }
+    });
+    sortCuboids(snapshot.cuboids);
+  }
   return snapshot;
 }
 
 void addCuboids(const CuboidMap& map, MapSnapshot& snapshot) {
   if (map.config().fusion == FusionKind::kClass) return;
+  snapshot.cuboids.clear();
   visitAll(map, CuboidFilter::kAll, [&snapshot](const Cuboid& cuboid) {
     snapshot.cuboids.push_back(cuboid);
     return Visit::kContinue;
   });
-  std::sort(snapshot.cuboids.begin(), snapshot.cuboids.end(),
-            [](const Cuboid& a, const Cuboid& b) { return a.box.min < b.box.min; });
+  sortCuboids(snapshot.cuboids);
 }
 
 ChangeSet restoreSnapshot(MapSnapshot snapshot, CuboidMap& map) {
@@ -105,7 +125,8 @@ std::optional<SnapshotFault> findFault(const MapSnapshot& snapshot, const Snapsh
     }
     last = &brick;
   }
-  if (fault.empty()) fault = findFaultOfLocks(snapshot.locked);
+  if (fault.empty()) fault = findFaultOfBoxes("locked box", snapshot.locked);
+  if (fault.empty()) fault = findFaultOfBoxes("cuboid", boxesOf(snapshot.cuboids));
   if (fault.empty()) return std::nullopt;
   return SnapshotFault{false, fault};
 }

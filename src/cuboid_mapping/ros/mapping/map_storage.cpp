@@ -163,7 +163,7 @@ StorageAnswer saveMap(GuardedMap& map, const std::string& frame_id, const std::s
     };
     MapSnapshot snapshot = takeWholeSnapshot(map, withoutSlash(frame_id), limits, look, progress);
     snapshot.progress = state;
-    snapshot.cuboids = std::move(told.cuboids);
+    if (!told.cuboids.empty()) snapshot.cuboids = std::move(told.cuboids);
     if (!is_in_memory) answer.num_cuboids = countCuboids(snapshot);
     answer.num_bytes = writeMapFile(followLinks(file), snapshot, progress.stage("writing"));
   });
