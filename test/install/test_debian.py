@@ -56,6 +56,7 @@ class DebianTest(unittest.TestCase):
     def test_the_version_is_that_of_package_xml(self):
         first = (SOURCE / 'debian/changelog').read_text().partition('\n')[0]
         self.assertIn(f'({VERSION})', first)
+        self.assertEqual(set(re.findall(r'^ *version: (.*)', (SOURCE / 'CITATION.cff').read_text(), re.MULTILINE)), {VERSION})
         soname = '.'.join(VERSION.split('.')[:2])
         libraries = [name for name in self.packages if re.match(r'libcuboid-mapping.*\d$', name)]
         self.assertEqual(len(libraries), 3)
