@@ -41,6 +41,8 @@ MapDelta makeDelta(const CuboidMap& map, const ChangeSet& changes, std::uint64_t
                  detail,   {}};
   if (changes.is_everything) return delta;
   std::unordered_set<Cell, CellHash> done;
+  done.reserve(changes.bricks.size());
+  delta.bricks.reserve(changes.bricks.size());
   for (const ChangedBrick& changed : changes.bricks) {
     if (detail == MapDetail::kClasses && !changed.has_new_cuboids) continue;
     if (!done.insert(changed.brick).second) continue;

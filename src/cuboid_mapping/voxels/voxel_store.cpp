@@ -22,14 +22,16 @@ void complete(const PackedVoxels& before, const VoxelStore::Work& work,
   const BrickMask occupied = brick.voxels.occupied();
   const BrickMask known = brick.voxels.known();
   const BrickMask known_before = before.known();
-  brick.occupied = occupied.count() - before.occupied().count();
-  brick.free = known.count() - known_before.count() - brick.occupied;
+  const bool has_other_known = known != known_before;
+  const bool is_any_occupied = brick.voxels.isAnyOccupied() || before.isAnyOccupied();
+  if (is_any_occupied) brick.occupied = occupied.count() - before.occupied().count();
+  brick.free = (has_other_known ? known.count() - known_before.count() : 0) - brick.occupied;
   if (brick.is_gone) return;
   brick.bounds = boundsOf(brick.brick, known);
   brick.has_occupied = brick.voxels.isAnyOccupied();
   brick.has_other_branch =
       brick.is_new || brick.has_occupied != before.isAnyOccupied() ||
-      (known != known_before && brick.bounds != boundsOf(brick.brick, known_before));
+      (has_other_known && brick.bounds != boundsOf(brick.brick, known_before));
   if (work.divides) brick.cuboids = BrickCuboids(divide(occupied, known.without(occupied)));
 }
 
