@@ -106,7 +106,6 @@ target_link_libraries(cuboid_mapping_no_return PUBLIC Eigen3::Eigen)
 # Files of maps, and windows with a store on disk.
 if(zstd_FOUND AND ZLIB_FOUND AND SQLite3_FOUND)
   cuboid_mapping_add_part(io
-    cuboid_mapping/interop/box_scenes.cpp
     cuboid_mapping/io/compression.cpp
     cuboid_mapping/io/csv_format.cpp
     cuboid_mapping/io/file_replacement.cpp

@@ -14,6 +14,7 @@ target_link_libraries(cuboid_mapping_command_line PUBLIC cuboid_mapping::core Bo
 # Programs for files of maps.
 add_library(cuboid_mapping_map_tools STATIC
   tools/box_output.cpp
+  tools/box_scenes.cpp
   tools/map_comparison.cpp
   tools/map_content.cpp
   tools/pictures/map_picture.cpp

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "box_output.h"
 
+#include "box_scenes.h"
 #include "cuboid_mapping/boxes/box_cover.h"
 #include "cuboid_mapping/boxes/joined_cuboids.h"
-#include "cuboid_mapping/interop/box_scenes.h"
 #include "cuboid_mapping/io/csv_format.h"
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/map_files.h"

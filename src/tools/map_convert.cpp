@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Writes a map in another format.
 #include "box_output.h"
+#include "box_scenes.h"
 #include "command_line.h"
-#include "cuboid_mapping/interop/box_scenes.h"
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/io/map_store.h"

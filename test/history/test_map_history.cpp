@@ -143,6 +143,22 @@ TEST(MapHistory, fixesWhatItCannotKeep) {
   EXPECT_GT(small.history().figures().num_clouds, 2U);
 }
 
+TEST(MapHistory, isAsBeforeWhenACorrectionIsGivenUp) {
+  Drive drive(13, 2);
+  for (int i = 0; i < 15; ++i) drive.go();
+  const PoseTrack track(drive.randomPoses(0, drive.numClouds()));
+  int num_told = 0;
+  const auto give_up = [&num_told](std::uint64_t /*done*/, std::uint64_t /*all*/) {
+    if (++num_told == 5) throw std::runtime_error("given up");
+  };
+  EXPECT_THROW((void)drive.history().correct(track, {}, give_up), std::runtime_error);
+  MapCorrection correction = drive.history().correct(track);
+  drive.history().finish(correction);
+  const MapSnapshot expected =
+      drive.make(newPoses(track, OutsidePoses::kFollow, drive.numClouds()));
+  EXPECT_EQ(voxelsOf(takeSnapshot(correction.map(), "").bricks), voxelsOf(expected.bricks));
+}
+
 TEST(MapHistory, beginsWithAMapThatStays) {
   Drive drive(15, 1);
   for (int i = 0; i < 10; ++i) drive.go();

@@ -67,7 +67,8 @@ struct CorrectionRule {
   bool edits_move = false;
 };
 
-/// A corrected map that is being built. While it lives, its history makes no cloud fixed.
+/// A corrected map that is being built. While it lives, its history makes no cloud fixed. When a call with it has
+/// thrown, it may only be destroyed; the history is as before.
 class MapCorrection {
  public:
   /// Takes over a correction.

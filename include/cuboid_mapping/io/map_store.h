@@ -82,9 +82,6 @@ class MapStore {
   void replaceAll(const MapSnapshot& head, const std::vector<Cell>& pages,
                   const BricksOfPage& bricks_of);
 
-  /// Copies the store to another file, which is replaced as a whole or not at all.
-  void copyTo(const std::string& file) const;
-
  private:
   void readHead();
   void createTables();

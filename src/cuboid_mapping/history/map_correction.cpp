@@ -41,6 +41,17 @@ HistoryEvent translated(HistoryEvent edit, const Cell& shift, double resolution_
 
 }  // namespace
 
+void HistoryEvent::measure(const std::vector<Scan>& scans_body) {
+  reach_m = 0.0;
+  for (const Scan& scan : scans_body) {
+    reach_m = std::max<double>(reach_m, scan.origin.norm());
+    for (const auto* ends : {&scan.points, &scan.no_returns, &scan.open_ends, &scan.free_points}) {
+      num_points += ends->size();
+      for (const auto& end : *ends) reach_m = std::max<double>(reach_m, end.norm());
+    }
+  }
+}
+
 double findShift_m(const Eigen::Isometry3d& T_map_old, const Eigen::Isometry3d& T_map_new,
                    double distance_m) {
   const Eigen::AngleAxisd turn(

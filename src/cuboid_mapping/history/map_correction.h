@@ -36,6 +36,8 @@ struct HistoryEvent {
   ///@}
 
   [[nodiscard]] bool isCloud() const { return config != nullptr; }
+  /// Notes the number of points of a cloud, and the reach of its beams.
+  void measure(const std::vector<Scan>& scans_body);
 };
 
 /// Largest motion of a point at this distance from a body.

@@ -7,7 +7,6 @@
 #include "cuboid_mapping/map/locked_boxes.h"
 
 #include <algorithm>
-#include <cmath>
 #include <deque>
 #include <iomanip>
 #include <limits>
@@ -27,19 +26,6 @@ bool isSame(const ObservationConfig& a, const ObservationConfig& b) {
          a.limits.crop_map.min_m == b.limits.crop_map.min_m &&
          a.limits.crop_map.max_m == b.limits.crop_map.max_m && a.marks == b.marks &&
          a.clears == b.clears;
-}
-
-/// Notes the number of points of a cloud, and the reach of its beams.
-void measure(const std::vector<Scan>& scans, HistoryEvent& event) {
-  double reach_m = 0.0;
-  for (const Scan& scan : scans) {
-    reach_m = std::max<double>(reach_m, scan.origin.norm());
-    for (const auto* ends : {&scan.points, &scan.no_returns, &scan.open_ends, &scan.free_points}) {
-      event.num_points += ends->size();
-      for (const auto& end : *ends) reach_m = std::max<double>(reach_m, end.norm());
-    }
-  }
-  event.reach_m = reach_m;
 }
 
 /// Motion of a body at a time; exactly the identity if the poses are equal.
@@ -292,7 +278,7 @@ void MapHistory::add(const KeptCloud& cloud, const ObservationConfig& config) {
   HistoryEvent event;
   event.config = own.share(config);
   event.pose = {cloud.stamp_ns, cloud.T_map_body};
-  measure(cloud.scans_body, event);
+  event.measure(cloud.scans_body);
   own.addCloud(std::move(event), cloud.scans_body);
 }
 
@@ -402,11 +388,12 @@ void MapHistory::finish(MapCorrection& correction) {
     made.put(event, packed, own.clouds.step_m(), replay);
   }
   replay.wait();
-  for (std::size_t i = 0; i < own.events.size(); ++i) {
+  std::vector<CellBox> locked = made.map.lockedBoxes();
+  for (std::size_t i = 0; i < own.events.size(); ++i) {  // Nothing throws from here on.
     if (own.events[i].isCloud()) own.events[i].pose.T_map_body = made.poses[i];
   }
   for (auto& [i, edit] : made.moved_edits) own.events[i] = std::move(edit);
-  own.locked = made.map.lockedBoxes();
+  own.locked = std::move(locked);
 }
 
 }  // namespace cuboid_mapping

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/io/map_store.h"
 
-#include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/native_format.h"
 #include "cuboid_mapping/io/sqlite_database.h"
 #include "cuboid_mapping/io/text.h"
@@ -259,14 +258,6 @@ void MapStore::replaceAll(const MapSnapshot& head, const std::vector<Cell>& page
     putPages(head, pages, bricks_of);
   });
   head_ = withoutBricks(head);
-}
-
-void MapStore::copyTo(const std::string& file) const {
-  replaceFile(file, [&](const std::string& partial) {
-    SqliteStatement copy(*database_, "VACUUM INTO ?");
-    copy.bindText(1, partial);
-    copy.step();
-  });
 }
 
 void MapStore::putPages(const MapSnapshot& head, const std::vector<Cell>& pages,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/interop/box_scenes.h"
+#include "box_scenes.h"
 
 #include <algorithm>
 #include <cctype>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Scenes of boxes, read back by yaml-cpp, urdfdom and geometric_shapes (for MoveIt), and for SDF by Boost's
 // XML reader and the elements of SDF 1.6. Also map_convert, which writes them.
-#include "cuboid_mapping/interop/box_scenes.h"
+#include "box_scenes.h"
 
 #include "cuboid_mapping/boxes/joined_cuboids.h"
 #include "cuboid_mapping/io/map_files.h"
