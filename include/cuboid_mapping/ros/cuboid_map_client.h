@@ -20,6 +20,7 @@ namespace cuboid_mapping_ros {
 /// One revision of a node's map. It does not change while it is held, however long: updates go into another one.
 class ClientMap {
  public:
+  /// @param version  Map and labels of this revision; never null.
   explicit ClientMap(std::shared_ptr<const cuboid_mapping::MapFollower> version)
       : version_(std::move(version)) {}
 
