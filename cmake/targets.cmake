@@ -1,5 +1,21 @@
 # How targets are made: what all have in common, libraries that other projects use, and what these find.
 
+# A unit for each folder of the ROS layer: without one of them (scripts/without), the others stay as they are, and
+# ccache has them. Needs CMake 3.18.
+function(cuboid_mapping_unite_folders target)
+  get_target_property(sources ${target} SOURCES)
+  list(FILTER sources INCLUDE REGEX "(^|/)ros/")
+  if(NOT sources)
+    return()
+  endif()
+  set_target_properties(${target} PROPERTIES UNITY_BUILD_MODE GROUP)
+  foreach(source IN LISTS sources)
+    get_filename_component(folder ${source} DIRECTORY)
+    get_filename_component(folder ${folder} NAME)
+    set_source_files_properties(${source} PROPERTIES UNITY_GROUP ${folder})
+  endforeach()
+endfunction()
+
 function(cuboid_mapping_configure target)
   target_compile_features(${target} PUBLIC cxx_std_17)
   target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR}/src)  # internal headers
@@ -14,6 +30,8 @@ function(cuboid_mapping_configure target)
     set_target_properties(${target} PROPERTIES UNITY_BUILD ON)
     if(CUBOID_MAPPING_UNITY STREQUAL WHOLE)
       set_target_properties(${target} PROPERTIES UNITY_BUILD_BATCH_SIZE 0)
+    elseif(CUBOID_MAPPING_UNITY STREQUAL FOLDERS)
+      cuboid_mapping_unite_folders(${target})
     endif()
     # Said of types in unnamed namespaces of every source that is not the unit itself.
     target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)

@@ -190,10 +190,10 @@ if(NOT CUBOID_MAPPING_NODE)
 endif()
 
 # The shape of the robot, for self_filter.
-set(robot_description cuboid_mapping/ros/self_filter/robot_description.cpp)
+set(left_out_description robot_description_missing)
 if(NOT urdf_FOUND OR NOT geometric_shapes_FOUND)
   cuboid_mapping_left_out(self_filter/robot_description "liburdf-dev libgeometric-shapes-dev")
-  set(robot_description cuboid_mapping/ros/self_filter/robot_description_missing.cpp)
+  set(left_out_description robot_description)
   unset(urdf_LIBRARIES)
   unset(geometric_shapes_LIBRARIES)
 endif()
@@ -201,8 +201,8 @@ endif()
 # The ROS layer: parameters, conversions, the node, and a folder for each feature of ros/features.cpp.
 file(GLOB sources CONFIGURE_DEPENDS RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} cuboid_mapping/ros/features.cpp cuboid_mapping/ros/*/*.cpp)
 list(FILTER sources EXCLUDE REGEX
-  "/(callback_guard|map_messages|mapping_node_main|nodelet_plugin|robot_description(_missing)?)\\.cpp$")
-add_library(cuboid_mapping_ros ${sources} ${robot_description})
+  "/(callback_guard|map_messages|mapping_node_main|nodelet_plugin|${left_out_description})\\.cpp$")
+add_library(cuboid_mapping_ros ${sources})
 # Three units of the same size keep two cores busy to the end of a build.
 set_target_properties(cuboid_mapping_ros PROPERTIES UNITY_BUILD_BATCH_SIZE 20)
 cuboid_mapping_configure(cuboid_mapping_ros)
