@@ -205,12 +205,12 @@ TEST_F(RobotDescriptionTest, WhatCannotBeReadIsSaid) {
             "ignore the link");
 }
 
-TEST_F(RobotDescriptionTest, AFileComesBeforeTheParameter) {
+TEST_F(RobotDescriptionTest, MayBeAFile) {
   const TemporaryFolder folder;
   NodeParameters parameters;
-  parameters.self_filter.robot_description = "robot_description";
-  parameters.self_filter.urdf_file = folder / "robot.urdf";
-  EXPECT_EQ(loadError(parameters), "self_filter/urdf_file: cannot read " + folder / "robot.urdf");
+  parameters.self_filter.robot_description = folder / "robot.urdf";
+  EXPECT_EQ(loadError(parameters),
+            "self_filter/robot_description: cannot read " + folder / "robot.urdf");
   std::ofstream(folder / "robot.urdf") << makeUrdf(makeLink("<sphere radius='1'/>"));
   parameters.self_filter.boxes = {makeBoxPart("base", makeBox({0, 0, 0}, {1, 1, 1}))};
   loadRobotParts(parameters, kNoParameters);

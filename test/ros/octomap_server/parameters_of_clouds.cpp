@@ -147,7 +147,7 @@ TEST(GroundFilter, IsAsRoughSteepAndFarFromTheBaseAsTheParametersAllow) {
   }
 }
 
-/// Names that octomap_server reads; for map_file, see test_octomap_server.cpp.
+/// Names that octomap_server reads; for map_file, see node_octomap_server.cpp.
 TEST(OctomapParameters, AreAllSetSomewhere) {
   std::vector<std::string> keys{"frame_id",           "base_frame_id",
                                 "resolution",         "height_map",

@@ -169,7 +169,7 @@ class NodeSelfFilterTest : public ::testing::Test {
     return folder_ / name;
   }
   std::string mapWithUrdf(const std::string& name) {
-    return mapOfBag(name, {"self_filter/urdf_file=" + sourceFile("arm.urdf")});
+    return mapOfBag(name, {"self_filter/robot_description=" + sourceFile("arm.urdf")});
   }
 
   TemporaryFolder folder_;
@@ -188,7 +188,7 @@ TEST_F(NodeSelfFilterTest, BagToMapHasNoParameterServer) {
                                folder_ / "no.cuboids", "--params", sourceFile("self_filter.yaml")});
   EXPECT_NE(end.status, 0);
   EXPECT_NE(end.err.find("self_filter/robot_description: there is no parameter server here; name a "
-                         "file in self_filter/urdf_file"),
+                         ".urdf file"),
             std::string::npos)
       << end.err;
 }
