@@ -150,8 +150,7 @@ BagClouds::BagClouds(std::string program, const BagOptions& options)
   }
   readReferences(parameters_, [](const std::string& /*name*/) -> std::optional<std::string> {
     throw std::runtime_error(
-        "self_filter/robot_description: there is no parameter server here; name a file in "
-        "self_filter/urdf_file");
+        "self_filter/robot_description: there is no parameter server here; name a .urdf file");
   });
   if (folders_) return;
   messages_.emplace(bags_, parameters_);

@@ -51,14 +51,10 @@ inline std::vector<Case> mapCases() {
        30.0,
        [](const P& p) { return p.source.forget_after_s == 30.0; },
        {-1.0, 1.1e6, kNan, "1"}},
-      {"forget_class",
+      {"forget",
        "occupied",
-       [](const P& p) { return p.forget_class == ForgetClass::kOccupied; },
+       [](const P& p) { return p.forget == Forget::kOccupied; },
        {"", "both", 1}},
-      {"forget_to",
-       "seen_once",
-       [](const P& p) { return p.forget_to == ForgetTo::kSeenOnce; },
-       {"", "nothing", 1}},
       {"moving_points",
        "leave_out",
        [](const P& p) { return p.moving_points == MovingPoints::kLeaveOut; },
@@ -73,28 +69,7 @@ inline std::vector<Case> fusionCases() {
        "none",
        [](const P& p) { return p.map.fusion == cuboid_mapping::FusionKind::kNone; },
        {"", "bricks", "brick", false}},
-      {"fuse",
-       "when_read",
-       [](const P& p) { return p.map.fuse == cuboid_mapping::FusionTime::kWhenRead; },
-       {"", "cold", true}},
-      {"growth/settle_clouds",
-       3,
-       [](const P& p) { return p.map.growth.settle_clouds == 3; },
-       {-1, 1.5, 10001}},
-      {"rtree/max_branches",
-       24,
-       [](const P& p) { return p.map.rtree.max_branches == 24; },
-       {1, 65, 32.0, "32", true}},
-      {"rtree/min_branches",
-       4,
-       [](const P& p) { return p.map.rtree.min_branches == 4; },
-       {0, -1, 33, 4.0, "4"}},
       {"threads", 3, [](const P& p) { return p.threads == 3; }, {-1, 257, 2.0, true}},
-      {"num_worker_threads", 2, [](const P& p) { return p.num_worker_threads == 2; }, {-1, "2"}},
-      {"diagnostic_period",
-       0.5,
-       [](const P& p) { return p.diagnostic_period_s == 0.5; },
-       {-1.0, "1"}},
       {"ignore_unknown", true, [](const P& p) { return p.ignores_unknown; }, {1, "true"}},
   };
 }
@@ -205,10 +180,6 @@ inline std::vector<Case> selfFilterCases() {
        "robot_description",
        [](const P& p) { return p.self_filter.robot_description == "robot_description"; },
        {1, true}},
-      {"self_filter/urdf_file",
-       "/robot.urdf",
-       [](const P& p) { return p.self_filter.urdf_file == "/robot.urdf"; },
-       {1, true}},
       {"self_filter/padding",
        0.1,
        [](const P& p) { return p.self_filter.padding_m == 0.1; },
@@ -231,10 +202,6 @@ inline std::vector<Case> fleetCases() {
        250.0,
        [](const P& p) { return p.fleet.observation_max_kb_s == 250.0; },
        {-1.0, 1.1e6, kNan, "1"}},
-      {"observation_excess",
-       "thin",
-       [](const P& p) { return p.fleet.observation_excess == ObservationExcess::kThin; },
-       {"", "wait", 1}},
       {"observation_memory",
        100,
        [](const P& p) { return p.fleet.observation_memory_mb == 100; },
@@ -264,14 +231,6 @@ inline std::vector<Case> limitCases() {
        2.5,
        [](const P& p) { return p.service_limits.max_time_s == 2.5; },
        {0.0, 1e4, kNan, "1"}},
-      {"query/max_bricks",
-       5000,
-       [](const P& p) { return p.service_limits.max_bricks == 5000; },
-       {999, 2000000001, 5000.0, "5000"}},
-      {"query/max_entries",
-       7,
-       [](const P& p) { return p.service_limits.max_entries == 7; },
-       {0, 100000001, 7.0, "7"}},
       {"robot_grid/frame",
        "base_link",
        [](const P& p) { return p.robot_grid.frame_id == "base_link"; },
@@ -288,10 +247,6 @@ inline std::vector<Case> limitCases() {
        2.5,
        [](const P& p) { return p.robot_grid.max_z_m == 2.5; },
        {kNan, kInfinity, "0", true}},
-      {"query/max_answer",
-       10,
-       [](const P& p) { return p.service_limits.max_answer_mb == 10; },
-       {0, 901, 10.0, "10"}},
   };
 }
 
@@ -321,8 +276,6 @@ inline std::vector<Case> otherCases() {
        5.0,
        [](const P& p) { return p.autosave_period_s == 5.0; },
        {0.5, 1e6, kNan, "1"}},
-      {"map_file_optional", true, [](const P& p) { return p.map_file_optional; }, {1, "no"}},
-      {"resume", false, [](const P& p) { return !p.resume; }, {1, "no"}},
       {"keyframe_period",
        3.0,
        [](const P& p) { return p.keyframe_period_s == 3.0; },
@@ -372,16 +325,19 @@ Case groundCase(const std::string& key, double good) {
           {0.0, -0.1, 15.5, kNan, "0.1"}};
 }
 
+inline XmlRpcValue makeColor(const std::string& channel, const XmlRpcValue& value) {
+  XmlRpcValue color;
+  color[channel] = value;
+  return color;
+}
+
 template <std::array<double, 4> OctomapServerParameters::*Field>
-std::vector<Case> colorCases(const std::string& key) {
-  std::vector<Case> cases;
-  for (std::size_t i = 0; i < 4; ++i) {
-    cases.push_back({key + "/" + "rgba" [i],
-                     0.5,
-                     [i](const NodeParameters& p) { return (p.octomap_server.*Field)[i] == 0.5; },
-                     { -0.1, 1.1, kNan, "red" }});
-  }
-  return cases;
+Case colorCase(const std::string& key) {
+  return {key,
+          makeColor("g", 0.5),
+          [](const NodeParameters& p) { return (p.octomap_server.*Field)[1] == 0.5; },
+          {makeColor("r", -0.1), makeColor("g", 1.1), makeColor("b", kNan), makeColor("a", "red"),
+           makeColor("red", 0.5), 0.5, "red"}};
 }
 
 inline std::vector<Case> octomapServerCases() {
@@ -411,11 +367,9 @@ inline std::vector<Case> octomapServerCases() {
       switchCase<&S::publish_free_space>("publish_free_space"),
       switchCase<&S::is_height_map>("height_map"),
       numberCase<&S::color_factor>("color_factor", 0.3, {-0.1, 1.1, kNan}),
+      colorCase<&S::color>("color"),
+      colorCase<&S::color_free>("color_free"),
   };
-  for (const auto& part :
-       {colorCases<&S::color>("color"), colorCases<&S::color_free>("color_free")}) {
-    cases.insert(cases.end(), part.begin(), part.end());
-  }
   return cases;
 }
 

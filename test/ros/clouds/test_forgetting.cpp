@@ -18,10 +18,10 @@ using cuboid_mapping::Occupancy;
 /// First cell of a brick along x: brick 0 holds the cells 0 to 7, and so on.
 Cell cellOf(int brick) { return {8 * brick, 0, 0}; }
 
-NodeParameters makeParameters(double after_s, ForgetClass forgotten = ForgetClass::kAll) {
+NodeParameters makeParameters(double after_s, Forget forgotten = Forget::kAll) {
   NodeParameters parameters;
   parameters.source.forget_after_s = after_s;
-  parameters.forget_class = forgotten;
+  parameters.forget = forgotten;
   return parameters;
 }
 
@@ -96,15 +96,14 @@ TEST_F(ForgettingTest, OfOneClassLeavesTheOtherAsItWas) {
   using cuboid_mapping::UniformBox;
   const CellBox free_half{{0, 0, 0}, {8, 8, 4}};
   const CellBox occupied_half{{0, 0, 4}, {8, 8, 8}};
-  for (const ForgetClass forgotten :
-       {ForgetClass::kAll, ForgetClass::kOccupied, ForgetClass::kFree}) {
+  for (const Forget forgotten : {Forget::kAll, Forget::kOccupied, Forget::kFree}) {
     map_.clear();
     forgetting_ = Forgetting(makeParameters(10.0, forgotten));
     see(1000.0, {0});
     (void)map_.replace(free_half, std::vector<UniformBox>{{free_half, -1.0F}});
     see(1020.0, {1});
-    const bool stays_free = forgotten == ForgetClass::kOccupied;
-    const bool stays_occupied = forgotten == ForgetClass::kFree;
+    const bool stays_free = forgotten == Forget::kOccupied;
+    const bool stays_occupied = forgotten == Forget::kFree;
     EXPECT_EQ(map_.voxels().logOddsAt(free_half.min).value_or(0.0F), stays_free ? -1.0F : 0.0F);
     EXPECT_EQ(map_.voxels().at(occupied_half.min),
               stays_occupied ? Occupancy::kOccupied : Occupancy::kUnknown);
@@ -114,7 +113,7 @@ TEST_F(ForgettingTest, OfOneClassLeavesTheOtherAsItWas) {
 }
 
 TEST_F(ForgettingTest, OfOneClassForgetsWhatHasComeBack) {
-  forgetting_ = Forgetting(makeParameters(10.0, ForgetClass::kOccupied));
+  forgetting_ = Forgetting(makeParameters(10.0, Forget::kOccupied));
   see(1000.0, {0});
   see(1020.0, {1});
   EXPECT_EQ(known(), (Bricks{1}));
@@ -194,10 +193,10 @@ TEST_F(ForgettingTest, EachSourceRemembersForATimeOfItsOwn) {
 }
 
 TEST_F(ForgettingTest, VoxelsMayKeepTheirClassAsIfSeenOnce) {
-  for (const ForgetClass forgotten : {ForgetClass::kAll, ForgetClass::kOccupied}) {
+  for (const Forget forgotten : {Forget::kAll, Forget::kOccupied}) {
     map_.clear();
     NodeParameters parameters = makeParameters(10.0, forgotten);
-    parameters.forget_to = ForgetTo::kSeenOnce;
+    parameters.forget = Forget::kSeenOnce;
     forgetting_ = Forgetting(parameters);
     for (int i = 0; i < 5; ++i) see(1000.0 + i, {0});
     const CellBox free_half{{0, 0, 0}, {8, 8, 4}};
@@ -209,7 +208,7 @@ TEST_F(ForgettingTest, VoxelsMayKeepTheirClassAsIfSeenOnce) {
     const auto log_odds_at = [this](const Cell& cell) { return *map_.voxels().logOddsAt(cell); };
     const auto& model = map_.sensorModel();
     EXPECT_EQ(log_odds_at({0, 0, 5}), model.hit());
-    EXPECT_EQ(log_odds_at({0, 0, 0}), forgotten == ForgetClass::kAll ? model.miss() : model.min());
+    EXPECT_EQ(log_odds_at({0, 0, 0}), forgotten == Forget::kAll ? model.miss() : model.min());
     EXPECT_GT(log_odds_at(locked.min), 2.0F * model.hit());
     const std::uint64_t revision = map_.revision();
     see(1040.0, {});

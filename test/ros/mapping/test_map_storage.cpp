@@ -325,26 +325,29 @@ TEST(MapStorage, startsFromAFileWithItsResolution) {
   EXPECT_THROW((void)readStartMap(parameters), cuboid_mapping::MapFileError);
 }
 
-TEST(MapStorage, startsWithoutAMapFileThatMayBeMissing) {
+TEST(MapStorage, startsWithTheLastSaveAndOtherwiseWithMapFile) {
   const TemporaryFolder folder;
   NodeParameters parameters;
   parameters.map = makeConfig();
   parameters.autosave_file = folder / "map.cuboids";
-  parameters.map_file = folder / "map.cuboids";
-  parameters.map_file_optional = true;
   EXPECT_FALSE(readStartMap(parameters)) << "the first run";
   Random random(101);
-  GuardedMap map(makeConfig());
-  fill(map, random);
-  ASSERT_EQ(saveMap(map, "map", parameters.autosave_file).error, "");
-  for (const char* map_file : {"map.cuboids", "none.cuboids"}) {
-    parameters.map_file = folder / map_file;
-    parameters.is_autosave_read = false;
-    const auto found = readStartMap(parameters);
-    ASSERT_TRUE(found) << map_file;
-    EXPECT_EQ(cuboid_mapping::test::voxelsOf(found->bricks), voxelsOf(map));
-    EXPECT_TRUE(parameters.is_autosave_read) << map_file;
-  }
+  GuardedMap first(makeConfig());
+  fill(first, random);
+  parameters.map_file = folder / "first.cuboids";
+  ASSERT_EQ(saveMap(first, "map", parameters.map_file).error, "");
+  const auto start = readStartMap(parameters);
+  ASSERT_TRUE(start);
+  EXPECT_EQ(cuboid_mapping::test::voxelsOf(start->bricks), voxelsOf(first));
+  EXPECT_FALSE(parameters.is_autosave_read);
+  GuardedMap later(makeConfig());
+  fill(later, random);
+  ASSERT_EQ(saveMap(later, "map", parameters.autosave_file).error, "");
+  const auto found = readStartMap(parameters);
+  ASSERT_TRUE(found);
+  EXPECT_EQ(cuboid_mapping::test::voxelsOf(found->bricks), voxelsOf(later))
+      << "a node that is started again and again goes on";
+  EXPECT_TRUE(parameters.is_autosave_read);
   std::ofstream(parameters.autosave_file) << "no map";
   EXPECT_THROW((void)readStartMap(parameters), cuboid_mapping::MapFileError);
 }

@@ -164,7 +164,8 @@ TEST_F(WindowAnswers, RefuseMoreThanMayBeBroughtBack) {
   request.classes = cuboid_mapping::GetCuboids::Request::ALL;
   in_frame_.limits.outside = QueriesOutside::kLoad;
   in_frame_.limits.max_bricks = 500;
-  expectRefusal(answer<cuboid_mapping::GetCuboids>(in_frame_, request), "query/max_bricks");
+  expectRefusal(answer<cuboid_mapping::GetCuboids>(in_frame_, request),
+                "more than a call may load");
 }
 
 TEST_F(WindowAnswers, RefuseMoreThanMayBeBroughtBackForAllBoxesOfARequest) {
@@ -177,7 +178,8 @@ TEST_F(WindowAnswers, RefuseMoreThanMayBeBroughtBackForAllBoxesOfARequest) {
   in_frame_.limits.max_bricks = 600;  // One part has 512.
   cuboid_mapping::CheckBoxes::Request request;
   request.boxes = {box({0.1, 0.1, 0.1}, {0.9, 0.9, 0.9}), box({50.5, 0.1, 0.1}, {50.9, 0.4, 0.4})};
-  expectRefusal(answer<cuboid_mapping::CheckBoxes>(in_frame_, request), "query/max_bricks");
+  expectRefusal(answer<cuboid_mapping::CheckBoxes>(in_frame_, request),
+                "more than a call may load");
   EXPECT_EQ(numOnDisk(), 1U);
   request.boxes.erase(request.boxes.begin());
   EXPECT_TRUE(answer<cuboid_mapping::CheckBoxes>(in_frame_, request).info.success);

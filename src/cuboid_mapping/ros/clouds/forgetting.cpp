@@ -12,13 +12,14 @@ namespace {
 constexpr std::size_t kForgetBricks = 1000;
 constexpr auto kForEver = std::numeric_limits<std::uint64_t>::max();
 
-BrickMask voxelsOf(const PackedVoxels& voxels, ForgetClass of_class) {
-  switch (of_class) {
-    case ForgetClass::kAll: return voxels.known();
-    case ForgetClass::kOccupied: return voxels.occupied();
-    case ForgetClass::kFree: break;
+BrickMask voxelsOf(const PackedVoxels& voxels, Forget forget) {
+  switch (forget) {
+    case Forget::kOccupied: return voxels.occupied();
+    case Forget::kFree: return voxels.free();
+    case Forget::kAll:
+    case Forget::kSeenOnce: break;
   }
-  return voxels.free();
+  return voxels.known();
 }
 
 /// Voxels of the same classes, as if each was seen once.
@@ -32,15 +33,15 @@ PackedVoxels seenOnce(const PackedVoxels& voxels, const SensorModel& model) {
   return {voxels.known(), values};
 }
 
-/// Forgets the voxels of one class in a brick, except locked ones.
-ChangeSet forgetBrick(const Cell& brick, ForgetClass of_class, ForgetTo forget_to, CuboidMap& map) {
+/// Forgets voxels of a brick, except locked ones.
+ChangeSet forgetBrick(const Cell& brick, Forget forget, CuboidMap& map) {
   const PackedVoxels* voxels = map.voxels().find(brick);
   if (voxels == nullptr) return map.replace({}, std::vector<VoxelBrick>{});
   const PackedVoxels rest =
-      forget_to == ForgetTo::kSeenOnce ? seenOnce(*voxels, map.sensorModel()) : PackedVoxels();
+      forget == Forget::kSeenOnce ? seenOnce(*voxels, map.sensorModel()) : PackedVoxels();
   BrickUpdate all;
   all.brick = brick;
-  all.hits = voxelsOf(*voxels, of_class);
+  all.hits = voxelsOf(*voxels, forget);
   const std::vector<BrickUpdate> unlocked = map.locked().without({all});
   PackedVoxels kept = *voxels;
   for (const BrickUpdate& part : unlocked) kept.replace(part.hits, rest, kept);
@@ -49,8 +50,7 @@ ChangeSet forgetBrick(const Cell& brick, ForgetClass of_class, ForgetTo forget_t
 
 }  // namespace
 
-Forgetting::Forgetting(const NodeParameters& parameters)
-    : class_(parameters.forget_class), forget_to_(parameters.forget_to) {
+Forgetting::Forgetting(const NodeParameters& parameters) : forget_(parameters.forget) {
   for (const SourceParameters& source : sourcesOf(parameters)) {
     const auto time_ns = static_cast<Time>(1e9 * source.forget_after_s);
     times_ns_.push_back(time_ns);
@@ -93,7 +93,7 @@ ChangeSet Forgetting::forgetSome(CuboidMap& map) {
   for (std::size_t count = 0; count < kForgetBricks && hasDue(); ++count, due_.pop_back()) {
     const auto remembered = remembered_.find(due_.back());
     if (remembered == remembered_.end() || now_ <= remembered->second) continue;
-    const ChangeSet change = forgetBrick(due_.back(), class_, forget_to_, map);
+    const ChangeSet change = forgetBrick(due_.back(), forget_, map);
     changes.bricks.insert(changes.bricks.end(), change.bricks.begin(), change.bricks.end());
     changes.is_everything = changes.is_everything || change.is_everything;
     changes.revision = change.revision;

@@ -55,8 +55,7 @@ class Forgetting {
   void jumpBack(Time to);
   void findDue();
 
-  ForgetClass class_;
-  ForgetTo forget_to_;
+  Forget forget_;
   std::vector<Time> times_ns_;  ///< Values of forget_after for each source; 0: for ever.
   Time shortest_ns_ = 0;
   Time now_ = 0;  ///< Stamp of the last cloud.

@@ -6,6 +6,7 @@
 #include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/mapping/service_call.h"
 #include "cuboid_mapping/ros/middleware/names.h"
+#include "cuboid_mapping/ros/parameters/parameter_table.h"
 
 #include <ros/console.h>
 
@@ -49,27 +50,30 @@ MapFiles::MapFiles(const MapHost& host)
       autosave_file_(toAbsolute(host.parameters.autosave_file)),
       is_autosave_own_(host.parameters.is_autosave_read),
       window_file_(host.parameters.window.keeps() ? toAbsolute(host.parameters.window.file) : ""),
-      progress_(host.is_stopping),
-      thread_(host.guard, "files") {
+      progress_(host.is_stopping) {
   if (is_autosave_own_) lockAsSaved(map_, autosave_file_);
   saved_ = stateOf(map_);
-  const ros::NodeHandle nh = withQueue(host.private_nh, thread_.queue());
+  const ros::NodeHandle& nh = host.services_nh;
   servers_ = {
-      offerService<SaveMap>(
-          nh, kSaveMapService,
-          [this](const auto& request, auto& response) { onSave(request, response); }),
+      offerService<SaveMap>(nh, kSaveMapService,
+                            [this](const auto& request, auto& response) {
+                              const std::lock_guard<std::mutex> lock(work_mutex_);
+                              onSave(request, response);
+                            }),
       offerService<LoadMap>(nh, kLoadMapService, [this](const auto& request, auto& response) {
+        const std::lock_guard<std::mutex> lock(work_mutex_);
         onLoad(request, response);
       })};
   if (!autosave_file_.empty()) announceAutosave();
   if (!autosave_file_.empty() || !window_file_.empty()) {
-    autosave_timer_ = startTimer(nh, host.parameters.autosave_period_s, [this] { autosave(); });
+    autosave_timer_ = startTimer(nh, host.parameters.autosave_period_s, [this] {
+      const std::lock_guard<std::mutex> lock(work_mutex_);
+      autosave();
+    });
   }
-  thread_.start();
 }
 
 MapFiles::~MapFiles() {
-  thread_.stop();
   guard_.run("autosave at the end", [this] { autosave(); });
 }
 
@@ -164,9 +168,7 @@ void MapFiles::chooseAutosaveFile() {
   const std::string old = std::exchange(autosave_file_, nameBeside(autosave_file_));
   ROS_WARN_STREAM_NAMED(kNodeName,
                         old << " holds a map that this node has not read, and stays: saves go to "
-                            << autosave_file_
-                            << ". To go on with that map, start with resume: true and no "
-                               "map_file; to replace it, remove it before the start");
+                            << autosave_file_ << ". To replace it, remove it before the start");
 }
 
 void MapFiles::announceAutosave() {
@@ -186,6 +188,21 @@ void MapFiles::announceAutosave() {
 void MapFiles::report(NodeReport& report) {
   const std::lock_guard<std::mutex> lock(error_mutex_);
   report.autosave_error = autosave_error_;
+}
+
+std::vector<ParameterDeclaration> MapFiles::declare() {
+  using P = NodeParameters;
+  return {
+      {"autosave_file", "", file(&P::autosave_file),
+       "The map is saved to this file after changes and when the node stops. If the file exists, "
+       "the "
+       "node starts with its map and its locked boxes, and does not start if it cannot be read, or "
+       "has another resolution. The extension selects the format, as with ~save_map. Empty: the "
+       "map "
+       "is not saved."},
+      {"autosave_period", "s", number(&P::autosave_period_s, 1.0, 86400.0),
+       "Time between two saves to autosave_file, or to window/file."},
+  };
 }
 
 }  // namespace cuboid_mapping_ros

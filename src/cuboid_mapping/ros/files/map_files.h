@@ -24,8 +24,8 @@ namespace cuboid_mapping_ros {
 /// ~save_map and ~load_map; and saves to autosave_file, and of the window to its store, with locked boxes,
 /// after each period with changes and at the end of the node, which ends running calls.
 ///
-/// Thread rule: all work runs one after the other in its own thread, so that neither clouds
-/// nor queries wait for a disk.
+/// Thread rule: all work runs one after the other in the threads of services, so that neither clouds
+/// nor queries wait for a disk. The node stops these threads before it destroys this object.
 class MapFiles : public MapFeature {
  public:
   explicit MapFiles(const MapHost& host);
@@ -61,7 +61,7 @@ class MapFiles : public MapFeature {
   /// Error of the last save to autosave_file or of locked boxes, or the reason why none can succeed; empty: none.
   std::string autosave_error_;
   CallProgress progress_;
-  GuardedThread thread_;
+  std::mutex work_mutex_;
   std::vector<ros::ServiceServer> servers_;
   ros::WallTimer autosave_timer_;
 };

@@ -34,14 +34,10 @@ std::vector<ParameterDeclaration> ObservationPublisher::declare() {
   return {
       {"observation_rate", "kB/s",
        number({&P::fleet, &FleetParameters::observation_max_kb_s}, 0.0, 1e6),
-       "Maximum rate of observations to each listener. Answers of ~get_observations count. 0: no "
-       "limit."},
-      {"observation_excess", "",
-       choice<ObservationExcess>(
-           {&P::fleet, &FleetParameters::observation_excess},
-           {{"later", ObservationExcess::kLater}, {"thin", ObservationExcess::kThin}}),
-       "What happens to observations above observation_rate. later: the last 50 of them wait; with "
-       "observation_memory, listeners can request older ones. thin: they are dropped and counted."},
+       "Maximum rate of observations to each listener. Answers of ~get_observations count. With "
+       "observation_memory, the last 50 observations above the rate wait, and listeners can "
+       "request "
+       "older ones; without, they are dropped and counted. 0: no limit."},
       {"observation_memory", "MB",
        integer({&P::fleet, &FleetParameters::observation_memory_mb}, 0, 100000),
        "Memory for sent observations, so that merging nodes can request lost ones. 0: none is "

@@ -33,7 +33,7 @@ std::size_t bytesOf(const Observation& message) {
 
 ObservationPublisher::ObservationPublisher(const MapHost& host)
     : is_limited_(host.parameters.fleet.observation_max_kb_s > 0.0),
-      leaves_out_(host.parameters.fleet.observation_excess == ObservationExcess::kThin),
+      leaves_out_(host.parameters.fleet.observation_memory_mb == 0),
       budget_(1e3 * host.parameters.fleet.observation_max_kb_s),
       max_kept_bytes_(std::size_t{1000000} *
                       static_cast<std::size_t>(host.parameters.fleet.observation_memory_mb)),

@@ -57,6 +57,7 @@ struct MapHost {
   const MapInFrame& map_in_frame;
   const tf2::BufferCore& tf;
   CallbackGuard& guard;
+  GuardedQueue& slow_queue;  ///< For work of seconds, such as octrees: one thread of all features.
   const std::atomic<bool>& is_stopping;  ///< The node ends: ends long calls.
   const std::atomic<bool>& is_paused;    ///< ~pause: nothing goes into the map.
   std::function<void()> publish_soon;    ///< Publishes a change that no cloud has made.

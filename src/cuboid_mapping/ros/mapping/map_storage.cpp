@@ -245,10 +245,7 @@ std::string describeRefusal(const Eigen::Isometry3d& T_target_map, double resolu
 std::optional<MapSnapshot> readStartMap(NodeParameters& parameters) {
   // Only a store keeps the list of merged observations.
   const bool is_whole = parameters.fleet.robots.empty() || isSqliteFile(parameters.autosave_file);
-  const bool is_missing = parameters.map_file_optional && !hasMap(parameters.map_file);
-  if (is_missing) parameters.map_file.clear();
-  const bool goes_on = parameters.map_file.empty() && parameters.resume && is_whole &&
-                       !parameters.window.keeps() && hasMap(parameters.autosave_file);
+  const bool goes_on = is_whole && !parameters.window.keeps() && hasMap(parameters.autosave_file);
   const std::string& name = goes_on ? parameters.autosave_file : parameters.map_file;
   if (name.empty()) return std::nullopt;
   MapFile file = readFileWithin(name, parameters.map.resolution_m, parameters.source.sensor_model,
@@ -257,14 +254,11 @@ std::optional<MapSnapshot> readStartMap(NodeParameters& parameters) {
     const std::string error =
         compareResolutions(file.snapshot.resolution_m, parameters.map.resolution_m, name);
     if (!error.empty()) {
-      throw MapFileError(MapFileDefect::kForeign,
-                         error + "; or name another autosave_file, or set resume to false");
+      throw MapFileError(MapFileDefect::kForeign, error + "; or name another autosave_file");
     }
   }
   parameters.map.resolution_m = file.snapshot.resolution_m;
-  std::error_code ignored;
-  parameters.is_autosave_read =
-      goes_on || std::filesystem::equivalent(name, parameters.autosave_file, ignored);
+  parameters.is_autosave_read = goes_on;
   return std::move(file.snapshot);
 }
 

@@ -115,9 +115,8 @@ struct LoadPlacement {
 [[nodiscard]] std::string describeRefusal(const Eigen::Isometry3d& T_target_map,
                                           double resolution_m);
 
-/// The map of `map_file`, whose resolution becomes that of the parameters, as in octomap_server; without one,
-/// and with `resume`, that of `autosave_file`, if it exists. Nothing if there is none. Sets `is_autosave_read`,
-/// and clears a `map_file` that is missing and may be.
+/// The map of `autosave_file`, if it exists; else that of `map_file`, whose resolution becomes that of the
+/// parameters, as in octomap_server. Nothing if there is none. Sets `is_autosave_read`.
 /// @throws MapFileError naming the file; for an autosave_file of another resolution, too.
 [[nodiscard]] std::optional<MapSnapshot> readStartMap(NodeParameters& parameters);
 

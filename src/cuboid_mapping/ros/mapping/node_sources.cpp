@@ -53,13 +53,13 @@ std::set<std::string> findTopics(const std::map<std::string, std::string>& types
 NodeSources::NodeSources(const NodeParameters& parameters, const CloudLedger& ledger)
     : has_list_(!parameters.sources.empty()),
       ledger_(ledger),
-      sources_(makeSources(parameters)),
+      sources_(sourcesOf(parameters)),
       reported_(sources_.size()),
       wrong_types_(sources_.size()) {}
 
 void NodeSources::listen(const ros::NodeHandle& nh, const SourceSubscriber::Callbacks& callbacks) {
   for (std::size_t i = 0; i < sources_.size(); ++i) {
-    subscribers_.push_back(std::make_unique<SourceSubscriber>(nh, at(i).parameters, i, callbacks));
+    subscribers_.push_back(std::make_unique<SourceSubscriber>(nh, at(i), i, callbacks));
     topics_ += (i == 0 ? "" : ", ") + subscribers_.back()->topic();
   }
 }
@@ -81,9 +81,9 @@ std::string NodeSources::findWrongTypes() {
       if (!types) types = publishedTypes();
       const auto published = types->find(subscriber.topic());
       if (published != types->end())
-        wrong = describeWrongType(at(i).parameters, subscriber.topic(), published->second);
+        wrong = describeWrongType(at(i), subscriber.topic(), published->second);
       else
-        others.merge(findTopics(*types, datatypeOf(at(i).parameters.type, subscriber.topic())));
+        others.merge(findTopics(*types, datatypeOf(at(i).type, subscriber.topic())));
     }
     if (!wrong.empty() && wrong != wrong_types_[i]) ROS_ERROR_STREAM(wrong);
     wrong_types_[i] = wrong;
@@ -99,7 +99,7 @@ void NodeSources::addDiagnostics(diagnostic_updater::Updater& diagnostics) {
   if (!has_list_) return;
   for (std::size_t i = 0; i < sources_.size(); ++i) {
     diagnostics.add(
-        "source " + nameOf(at(i).parameters),
+        "source " + nameOf(at(i)),
         [this, i](diagnostic_updater::DiagnosticStatusWrapper& status) { report(i, status); });
   }
 }
@@ -112,7 +112,7 @@ void NodeSources::report(std::size_t source, diagnostic_updater::DiagnosticStatu
   report.statistics = noted.statistics;
   report.rate_hz = noted.rate_hz;
   report.topic = subscribers_[source]->topic();
-  report.type = toString(at(source).parameters.type);
+  report.type = toString(at(source).type);
   report.num_publishers = subscribers_[source]->numPublishers();
   report.wrong_type = wrong_types_[source];
   report.silence_s = silence.count();

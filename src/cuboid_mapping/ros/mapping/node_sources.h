@@ -3,7 +3,6 @@
 
 #include "cuboid_mapping/ros/diagnostics/cloud_ledger.h"
 #include "cuboid_mapping/ros/diagnostics/diagnostics.h"
-#include "cuboid_mapping/ros/mapping/sensor_input.h"
 #include "cuboid_mapping/ros/mapping/source_subscriber.h"
 
 #include <diagnostic_updater/diagnostic_updater.h>
@@ -17,7 +16,7 @@
 
 namespace cuboid_mapping_ros {
 
-/// The sources of a node: their topics, subscribers, and statistics. Not thread-safe.
+/// The topics of a node's sources: subscribers, statistics, diagnostics. Not thread-safe.
 class NodeSources {
  public:
   NodeSources(const NodeParameters& parameters, const CloudLedger& ledger);
@@ -28,12 +27,8 @@ class NodeSources {
   void listen(const ros::NodeHandle& nh, const SourceSubscriber::Callbacks& callbacks);
   void stopListening() { subscribers_.clear(); }
 
-  /// Sets other values; the list of sources stays.
-  void setParameters(const NodeParameters& parameters) { sources_ = makeSources(parameters); }
-
-  [[nodiscard]] Source& at(std::size_t source) { return *sources_.at(source); }
-  [[nodiscard]] const Source& at(std::size_t source) const { return *sources_.at(source); }
-  [[nodiscard]] std::size_t size() const { return sources_.size(); }
+  /// The parameters at the start: names, topics and types do not change.
+  [[nodiscard]] const SourceParameters& at(std::size_t source) const { return sources_.at(source); }
 
   /// Topics after remapping, such as "/front/points, /scan".
   [[nodiscard]] const std::string& topics() const { return topics_; }
@@ -55,7 +50,7 @@ class NodeSources {
 
   bool has_list_;
   const CloudLedger& ledger_;
-  std::vector<std::unique_ptr<Source>> sources_;
+  std::vector<SourceParameters> sources_;
   std::vector<SourceStatistics> reported_;
   std::vector<std::unique_ptr<SourceSubscriber>> subscribers_;
   std::vector<std::string> wrong_types_;  ///< Last error of each source.

@@ -95,7 +95,7 @@ void ServiceCall::requireFew(std::size_t num_entries, const Entries& entries) co
   if (num_entries <= limit) return;
   throw Refusal(std::to_string(num_entries) + ' ' + entries.name + " in one request: at most " +
                 std::to_string(limit) +
-                " are answered (parameters query/max_entries and query/max_answer), so ask in "
+                " are answered, so ask in "
                 "parts");
 }
 
@@ -212,7 +212,7 @@ std::string loadPages(GuardedMap& map, const CellBox& box, const ServiceLimits& 
   }
   constexpr double kPageBricks = 512.0;
   if (kPageBricks * static_cast<double>(num_pages) > limits.max_bricks) {
-    return pages + ", which is more than query/max_bricks allows: ask for less at once";
+    return pages + ", more than a call may load: ask for less at once";
   }
   try {
     map.load(box);

@@ -20,6 +20,14 @@ constexpr std::uint32_t kServiceThreads = 8;
 /// tf keeps this more than tf_wait: a cloud that has waited so long still has its transforms.
 constexpr double kTfMargin_s = 10.0;
 
+std::vector<PoseFrames> framesOf(const NodeParameters& parameters) {
+  std::vector<PoseFrames> frames;
+  for (const SourceParameters& source : sourcesOf(parameters)) {
+    frames.emplace_back(parameters, source);
+  }
+  return frames;
+}
+
 }  // namespace
 
 MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh,
@@ -27,36 +35,37 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
                          const std::optional<MapSnapshot>& start_map)
     : node_callbacks_(*nh.getCallbackQueue(), guard_, "node"),
       receiving_thread_(guard_, "receiving"),
-      tf_thread_(guard_, "tf"),
       service_threads_(guard_, "services", kServiceThreads),
       publish_thread_(guard_, "publishing"),
+      slow_thread_(guard_, "slow work"),
       nh_(withQueue(nh, node_callbacks_)),
       private_nh_(withQueue(private_nh, node_callbacks_)),
       parameters_(parameters),
       ledger_(parameters),
       sources_(parameters, ledger_),
+      inputs_(makeSources(parameters)),
+      frames_(framesOf(parameters)),
       map_(makeMapConfig(parameters)),
       diagnostics_(nh_, private_nh_, private_nh_.getNamespace()),
       tf_buffer_(ros::Duration(parameters.tf_wait_s + kTfMargin_s), parameters.tf_gap_s),
       map_in_frame_{map_, parameters.frame_id, tf_buffer_, parameters.service_limits,
                     &is_stopping_},
       clouds_(makeCloudLimits(parameters), queueCallbacks()),
-      host_(makeHost()),
-      mapping_thread_(guard_, "clouds") {
+      host_(makeHost()) {
   if (start_map) restore(*start_map);
   features_ = makeFeatures(host_);
   is_behind_.resize(features_.size());
   advertiseServices();
-  reconfigure_server_.emplace(private_nh_, parameters,
+  reconfigure_server_.emplace(host_.services_nh, parameters,
                               [this](const NodeParameters& changed) { reconfigure(changed); });
   publish_timer_ = startTimer(host_.nh, 1.0 / parameters_.publish_rate_hz, [this] { publish(); });
   subscribe();
   startDiagnostics();  // Reads what subscribe() has made.
   service_threads_.start();
   publish_thread_.start();
+  slow_thread_.start();
   for (const auto& feature : features_) feature->start();
-  post(mapping_thread_.queue(), this, [this] { mapClouds(); });
-  mapping_thread_.start();
+  mapping_thread_ = std::thread([this] { mapClouds(); });
 }
 
 MapHost MappingNode::makeHost() {
@@ -69,6 +78,7 @@ MapHost MappingNode::makeHost() {
           map_in_frame_,
           tf_buffer_,
           guard_,
+          slow_thread_.queue(),
           is_stopping_,
           is_paused_,
           [this] { publishSoon(); },
@@ -96,10 +106,10 @@ MappingNode::~MappingNode() {
   is_stopping_ = true;
   sources_.stopListening();
   clouds_.stop();
-  mapping_thread_.stop();
+  mapping_thread_.join();
   for (const auto& feature : features_) feature->stop();
   for (GuardedThread* thread :
-       {&receiving_thread_, &tf_thread_, &service_threads_, &publish_thread_}) {
+       {&receiving_thread_, &service_threads_, &publish_thread_, &slow_thread_}) {
     thread->stop();
   }
   while (!features_.empty()) features_.pop_back();  // The last one first.
@@ -115,8 +125,8 @@ void MappingNode::startDiagnostics() {
 }
 
 void MappingNode::subscribe() {
-  tf_receiver_.emplace(withQueue(nh_, tf_thread_.queue()), tf_buffer_);
-  tf_thread_.start();
+  receiving_thread_.start();
+  tf_receiver_.emplace(withQueue(nh_, receiving_thread_.queue()), tf_buffer_);
   if (!parameters_.fleet.robots.empty()) return;  // Their observations make the map.
   SourceSubscriber::Callbacks callbacks;
   callbacks.arrived = [this](std::size_t source, const std_msgs::Header& header) {
@@ -127,7 +137,6 @@ void MappingNode::subscribe() {
     ledger_.noteDropped(source, DropReason::kNoCameraInfo, why);
   };
   sources_.listen(withQueue(nh_, receiving_thread_.queue()), callbacks);
-  receiving_thread_.start();
 }
 
 CloudQueue::Callbacks MappingNode::queueCallbacks() {
@@ -153,12 +162,8 @@ CloudQueue::Callbacks MappingNode::queueCallbacks() {
   return callbacks;
 }
 
-CloudQueue::FindPoses MappingNode::makeSearch(const NodeParameters& parameters) {
-  std::vector<PoseFrames> frames;
-  for (const SourceParameters& source : sourcesOf(parameters)) {
-    frames.emplace_back(parameters, source);
-  }
-  return [this, frames](const SensorMessage& cloud, const Slices& slices) {
+CloudQueue::FindPoses MappingNode::makeSearch(const NodeParameters& parameters) const {
+  return [this, frames = framesOf(parameters)](const SensorMessage& cloud, const Slices& slices) {
     return findPoses(tf_buffer_, frames.at(cloud.source), cloud.header(), slices);
   };
 }
@@ -198,7 +203,7 @@ void MappingNode::integrate(const PosedCloud& posed) {
   const SensorMessage& cloud = posed.message;
   const CloudPoses& poses = posed.poses;
   Stopwatch whole;
-  Source& source = sources_.at(cloud.source);
+  Source& source = *inputs_.at(cloud.source);
   Observed observed = source.input.compute(cloud, poses);
   for (const std::string& warning : source.input.takeWarnings()) {
     ROS_WARN_STREAM_NAMED(kNodeName, nameOf(source.parameters) << ": " << warning);
@@ -243,7 +248,11 @@ void MappingNode::reconfigure(const NodeParameters& parameters) {
   ledger_.setParameters(parameters);
   {
     const std::lock_guard<FairMutex> lock(work_mutex_);
-    sources_.setParameters(parameters);
+    inputs_ = makeSources(parameters);
+  }
+  {
+    const std::lock_guard<std::mutex> lock(frames_mutex_);
+    frames_ = framesOf(parameters);
   }
   clouds_.setSearch(makeSearch(parameters));
   map_.edit([&](CuboidMap& map) { return map.setSensorModel(parameters.source.sensor_model); });

@@ -11,6 +11,7 @@
 #include "cuboid_mapping/ros/mapping/map_storage.h"
 #include "cuboid_mapping/ros/mapping/node_sources.h"
 #include "cuboid_mapping/ros/mapping/phase_fair_mutex.h"
+#include "cuboid_mapping/ros/mapping/sensor_input.h"
 #include "cuboid_mapping/ros/mapping/service_call.h"
 #include "cuboid_mapping/ros/mapping/tf_buffer.h"
 #include "cuboid_mapping/ros/middleware/callback_guard.h"
@@ -25,7 +26,10 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <memory>
+#include <mutex>
 #include <optional>
+#include <thread>
 #include <vector>
 
 namespace cuboid_mapping_ros {
@@ -37,10 +41,10 @@ namespace cuboid_mapping_ros {
 ///
 /// No exception leaves it: every callback comes from a GuardedQueue.
 ///
-/// Thread rule: one thread receives clouds and puts them into the CloudQueue, another maps them one by one. tf
-/// has its own thread, publishing another, and services have several. Diagnostics and changes of parameters come
-/// from the queue of the node handles, which must have one thread (a nodelet's getNodeHandle(), or a node's
-/// ros::spin()). The threads share the map, which is guarded, and work_mutex_.
+/// Thread rule: one thread receives tf, and clouds for the CloudQueue; another maps them one by one. One publishes,
+/// one makes what takes long, and services, with changes of parameters, have several. Diagnostics come from the
+/// queue of the node handles, which must have one thread (a nodelet's getNodeHandle(), or a node's ros::spin()):
+/// nothing else holds them up. The threads share the map, which is guarded, and work_mutex_.
 class MappingNode {
  public:
   /// @param parameters  Valid, see readParameters().
@@ -56,7 +60,7 @@ class MappingNode {
   using Clock = std::chrono::steady_clock;
 
   [[nodiscard]] CloudQueue::Callbacks queueCallbacks();
-  [[nodiscard]] CloudQueue::FindPoses makeSearch(const NodeParameters& parameters);
+  [[nodiscard]] CloudQueue::FindPoses makeSearch(const NodeParameters& parameters) const;
   void startDiagnostics();
   void subscribe();
   /// Puts clouds into the map until the node ends.
@@ -93,17 +97,20 @@ class MappingNode {
   CallbackGuard guard_;
   std::atomic<bool> is_stopping_{false};  ///< Ends running calls.
   GuardedQueue node_callbacks_;
-  GuardedThread receiving_thread_;  ///< Thread that receives clouds.
-  GuardedThread tf_thread_;
-  GuardedThread service_threads_;  ///< Several, so that a long call does not block the others.
+  GuardedThread receiving_thread_;  ///< Receives clouds and tf.
+  GuardedThread service_threads_;   ///< Several, so that a long call does not block the others.
   GuardedThread publish_thread_;
+  GuardedThread slow_thread_;  ///< For features: see MapHost::slow_queue.
   ros::NodeHandle nh_;
   ros::NodeHandle private_nh_;
 
   NodeParameters parameters_;
   CloudLedger ledger_;
-  FairMutex work_mutex_;  ///< Guards sources_ and first_stamp_ns_.
-  NodeSources sources_;   ///< Sources with the current parameters.
+  NodeSources sources_;
+  FairMutex work_mutex_;  ///< Guards inputs_ and first_stamp_ns_; held while a cloud is in work.
+  std::vector<std::unique_ptr<Source>> inputs_;  ///< Of the sources, with the current parameters.
+  std::mutex frames_mutex_;
+  std::vector<PoseFrames> frames_;  ///< Of the sources, with the current parameters. Guarded.
   /// Least stamp of a cloud; earlier ones have a frame before ~move_map.
   std::atomic<std::uint64_t> first_stamp_ns_{0};
   GuardedMap map_;
@@ -127,7 +134,7 @@ class MappingNode {
   MapHost host_;
   MapFeatures features_;
   std::vector<bool> is_behind_;  ///< Features that have missed changes. Publishing thread.
-  GuardedThread mapping_thread_;
+  std::thread mapping_thread_;
 };
 
 }  // namespace cuboid_mapping_ros

@@ -7,6 +7,7 @@
 #include <ros/console.h>
 
 #include <chrono>
+#include <mutex>
 
 namespace cuboid_mapping_ros {
 
@@ -16,8 +17,9 @@ LastCloud MappingNode::describeLastCloud(const CloudLedger::Figures& figures) {
   cloud.has_stamp = !figures.last_header.stamp.isZero();
   // ros::Duration would throw beyond 2^31 s.
   cloud.age_s = figures.last_arrival.toSec() - figures.last_header.stamp.toSec();
+  const std::lock_guard<std::mutex> lock(frames_mutex_);
   const PoseSearch search =
-      findPoses(tf_buffer_, sources_.at(figures.last_source).frames, figures.last_header, {});
+      findPoses(tf_buffer_, frames_.at(figures.last_source), figures.last_header, {});
   cloud.tf_error = search.why;
   cloud.tf_lead_s = search.lead_s;
   return cloud;
@@ -59,7 +61,7 @@ void MappingNode::reportDiagnostics(diagnostic_updater::DiagnosticStatusWrapper&
   report.lag_s = figures.lag_s;
   report.starved_s = seconds_since(figures.last_progress);
   for (std::size_t i = 0; i < figures.sources.size(); ++i) {
-    const std::string name = figures.sources.size() == 1 ? "" : nameOf(sources_.at(i).parameters);
+    const std::string name = figures.sources.size() == 1 ? "" : nameOf(sources_.at(i));
     if (figures.sources[i].rate_hz) report.rates.push_back({name, *figures.sources[i].rate_hz});
   }
   report.speed_advice = figures.speed_advice;

@@ -55,13 +55,13 @@ void MappingNodelet::start() {
   if (differences.empty()) NODELET_INFO("all parameters have their default values");
   for (const std::string& line : toLogLines(parameters)) NODELET_DEBUG_STREAM(line);
   const double resolution_m = parameters.map.resolution_m;
-  const std::string map_file = parameters.map_file;
   const auto start_map = readStartMap(parameters);
-  if (parameters.map_file != map_file) {
-    NODELET_INFO_STREAM("map_file " << map_file << " is not there: starts without it");
-  }
   if (parameters.is_autosave_read) {
-    NODELET_INFO_STREAM("goes on with the map of " << parameters.autosave_file);
+    NODELET_INFO_STREAM("goes on with the map of autosave_file, " << parameters.autosave_file);
+    if (!parameters.map_file.empty() && parameters.map_file != parameters.autosave_file) {
+      NODELET_WARN_STREAM("map_file, " << parameters.map_file
+                                       << ", is not read: to start with it, remove autosave_file");
+    }
   }
   if (parameters.map.resolution_m != resolution_m) {
     NODELET_WARN_STREAM("resolution is " << parameters.map.resolution_m

@@ -108,18 +108,15 @@ OctomapServerFeature::OctomapServerFeature(const MapHost& host)
       guard_(host.guard),
       projection_(host.parameters.octomap_server),
       parameters_(host.parameters.octomap_server),
-      thread_(host.guard, "octrees") {
-  advertiseTopics(withQueue(host.nh, thread_.queue()));
+      queue_(host.slow_queue) {
+  advertiseTopics(withQueue(host.nh, queue_));
   projection_publisher_.emplace(
       host.nh,
       GridPublisher::Options{kProjectedMapTopic, kProjectedMapUpdatesTopic, is_latched_,
                              host.parameters.keyframe_period_s},
       [this] { return makeProjection(); });
   advertiseServices(host);
-  thread_.start();
 }
-
-OctomapServerFeature::~OctomapServerFeature() { thread_.stop(); }
 
 template <typename MessageT>
 void OctomapServerFeature::advertise(const ros::NodeHandle& nh, const char* name,
@@ -188,7 +185,7 @@ ros::Time OctomapServerFeature::stampOf(const ros::Time& cloud) const {
 void OctomapServerFeature::setParameters(const NodeParameters& parameters) {
   projection_ = ProjectedMap(parameters.octomap_server);
   is_projection_due_ = true;
-  post(thread_.queue(), this, [this, octomap_server = parameters.octomap_server] {
+  post(queue_, this, [this, octomap_server = parameters.octomap_server] {
     parameters_ = octomap_server;
     has_changed_ = true;
   });
@@ -196,7 +193,7 @@ void OctomapServerFeature::setParameters(const NodeParameters& parameters) {
 
 void OctomapServerFeature::publish() {
   if (!is_posted_.exchange(true)) {
-    post(thread_.queue(), this, [this] {
+    post(queue_, this, [this] {
       is_posted_ = false;
       publishSlow();
     });

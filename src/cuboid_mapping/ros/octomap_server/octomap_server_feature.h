@@ -54,7 +54,6 @@ struct MapView {
 class OctomapServerFeature : public MapFeature {
  public:
   explicit OctomapServerFeature(const MapHost& host);
-  ~OctomapServerFeature() override;
   [[nodiscard]] static std::vector<ParameterDeclaration> declare();
   [[nodiscard]] static std::vector<ParameterError> check(const LoadedParameters& loaded);
   [[nodiscard]] std::string name() const override { return "topics of octomap_server"; }
@@ -110,7 +109,7 @@ class OctomapServerFeature : public MapFeature {
   std::vector<Topic> topics_;
   std::atomic<bool> has_changed_{false};  ///< All topics are due.
   std::atomic<bool> is_posted_{false};    ///< publishSlow() will be called.
-  GuardedThread thread_;
+  GuardedQueue& queue_;
 };
 
 }  // namespace cuboid_mapping_ros

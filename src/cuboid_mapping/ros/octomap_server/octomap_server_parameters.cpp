@@ -3,6 +3,10 @@
 
 #include "cuboid_mapping/ros/parameters/parameter_table.h"
 
+#include <algorithm>
+#include <array>
+#include <string>
+
 namespace cuboid_mapping_ros {
 namespace {
 
@@ -32,17 +36,36 @@ std::vector<ParameterDeclaration> declareProducts() {
   };
 }
 
-/// The channels of a colour.
-std::vector<ParameterDeclaration> declareColor(const std::string& key,
-                                               std::array<double, 4> O::*color,
-                                               const std::string& what) {
-  const std::array<const char*, 4> names{"Red of ", "Green of ", "Blue of ", "Opacity of "};
-  std::vector<ParameterDeclaration> table;
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    const Field<double> field([=](P& p) -> double& { return (p.octomap_server.*color)[i]; }, false);
-    table.push_back({key + '/' + "rgba"[i], "", number(field, 0.0, 1.0), names[i] + what});
+constexpr std::array<const char*, 4> kChannels{"r", "g", "b", "a"};
+
+/// Sets channels of a colour; those that are not given stay.
+std::string setColor(std::array<double, 4>& color, XmlRpc::XmlRpcValue group) {
+  if (group.getType() != XmlRpc::XmlRpcValue::TypeStruct) return "write color/r or {r: 1.0}";
+  std::array<double, 4> changed = color;
+  for (auto& [name, value] : group) {
+    const auto channel = std::find(kChannels.begin(), kChannels.end(), name);
+    const auto number = numberOf(value);
+    if (channel == kChannels.end()) return "it has no " + name;
+    if (!number || !(*number >= 0.0 && *number <= 1.0)) return name + " is not from 0 to 1";
+    changed[static_cast<std::size_t>(channel - kChannels.begin())] = *number;
   }
-  return table;
+  color = changed;
+  return {};
+}
+
+ParameterKind colorKind(std::array<double, 4> O::*color) {
+  ParameterKind kind{"a group {r: 0.0, g: 0.0, b: 1.0, a: 1.0}, each from 0 to 1"};
+  kind.set = [color](P& p, const XmlRpc::XmlRpcValue& group) {
+    return setColor(p.octomap_server.*color, group);
+  };
+  kind.get = [color](const P& p) {
+    XmlRpc::XmlRpcValue group;
+    for (std::size_t i = 0; i < kChannels.size(); ++i) {
+      group[kChannels[i]] = (p.octomap_server.*color)[i];
+    }
+    return group;
+  };
+  return kind;
 }
 
 std::vector<ParameterDeclaration> declareColors() {
@@ -51,6 +74,8 @@ std::vector<ParameterDeclaration> declareColors() {
        "true: occupied_cells_vis_array is coloured by height."},
       {"color_factor", "", number({&P::octomap_server, &O::color_factor}, 0.0, 1.0),
        "Part of the colour circle over the height of the map, with height_map."},
+      {"color", "", colorKind(&O::color), "Of occupied_cells_vis_array, without height_map."},
+      {"color_free", "", colorKind(&O::color_free), "Of free_cells_vis_array."},
   };
 }
 
@@ -58,12 +83,8 @@ std::vector<ParameterDeclaration> declareColors() {
 
 std::vector<ParameterDeclaration> OctomapServerFeature::declare() {
   std::vector<ParameterDeclaration> table = declareProducts();
-  for (const auto& part :
-       {declareColors(),
-        declareColor("color", &O::color, "occupied_cells_vis_array, without height_map."),
-        declareColor("color_free", &O::color_free, "free_cells_vis_array.")}) {
-    table.insert(table.end(), part.begin(), part.end());
-  }
+  const auto colors = declareColors();
+  table.insert(table.end(), colors.begin(), colors.end());
   return table;
 }
 

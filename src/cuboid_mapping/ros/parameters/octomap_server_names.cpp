@@ -12,8 +12,7 @@ bool isOfOctomapServer(const std::string& key) {
       "ground_filter/angle ground_filter/plane_distance sensor_model/hit sensor_model/miss "
       "sensor_model/min sensor_model/max sensor_model/min_range sensor_model/max_range "
       "occupancy_min_z occupancy_max_z min_x_size min_y_size projected_map_memory "
-      "filter_speckles publish_free_space height_map color_factor color/r color/g color/b color/a "
-      "color_free/r color_free/g color_free/b color_free/a");
+      "filter_speckles publish_free_space height_map color_factor color color_free");
   static const std::set<std::string> kTheirs(kNames.begin(), kNames.end());
   return kTheirs.count(key) > 0 || key.rfind("pointcloud_", 0) == 0;
 }

@@ -35,40 +35,13 @@ std::vector<ParameterDeclaration> declareCuboids() {
                                                           {"growth", FusionKind::kGrowth},
                                                           {"none", FusionKind::kNone}}),
        "How voxels become cuboids. class: boxes of free or of occupied voxels, within blocks of 8 "
-       "x 8 x 8. growth: after the paper, see growth/*. none: every voxel is a cuboid. In all of "
+       "x 8 x 8. growth: after the paper. none: every voxel is a cuboid. In all of "
        "them every voxel keeps its own probability."},
-      {"fuse", "",
-       choice<FusionTime>({&P::map, &MapConfig::fuse}, {{"every_cloud", FusionTime::kEveryCloud},
-                                                        {"when_read", FusionTime::kWhenRead}}),
-       "With fusion: class, when changed blocks are divided into cuboids. every_cloud: after each "
-       "cloud, by all threads. when_read: when a reader asks for their cuboids. Both give the same "
-       "cuboids."},
-      {"rtree/max_branches", "",
-       integer({&P::map, &MapConfig::rtree, &RTreeConfig::max_branches}, 2,
-               RTreeConfig::kMaxBranchesLimit),
-       "Maximum number of branches of an R-tree node (M)."},
-      {"rtree/min_branches", "",
-       integer({&P::map, &MapConfig::rtree, &RTreeConfig::min_branches}, 1,
-               RTreeConfig::kMaxBranchesLimit / 2),
-       "Minimum number of branches of an R-tree node (d), at most half of rtree/max_branches."},
       {"threads", "", integer(&P::threads, 0, 256),
        "Number of threads that process a cloud. The map does not depend on it. 0: one per core."},
-      {"num_worker_threads", "", integer(&P::num_worker_threads, 0, 256),
-       "Number of callback threads of the stand-alone node; nodelet reads it. 0: one per core."},
-      {"diagnostic_period", "s", number(&P::diagnostic_period_s, 0.0, 86400.0),
-       "Time between two diagnostics messages; diagnostic_updater reads it."},
       {"ignore_unknown", "", boolean(&P::ignores_unknown),
        "true: parameters that do not exist are ignored with a warning, as octomap_server ignores "
        "them. false: the node does not start."},
-  };
-}
-
-std::vector<ParameterDeclaration> declareGrowth() {
-  return {
-      {"growth/settle_clouds", "clouds",
-       integer({&P::map, &MapConfig::growth, &GrowthConfig::settle_clouds}, 0, 10000),
-       "Number of clouds for which a voxel that was split out of a cuboid must keep its value "
-       "before it can fuse again."},
   };
 }
 
@@ -151,11 +124,9 @@ std::vector<ParameterDeclaration> declareFiles() {
   return {
       {"map_file", "", file(&P::map_file),
        "Map to start with: .cuboids, .sqlite, .ot or .bt, whose resolution replaces the parameter "
-       "resolution; or .pcd, points in the frame of the map, whose voxels become occupied. It may "
-       "be the same file as autosave_file."},
-      {"map_file_optional", "", boolean(&P::map_file_optional),
-       "true: if map_file does not exist, as before the first run, the node starts without it. "
-       "false: it does not start."},
+       "resolution; or .pcd, points in the frame of the map, whose voxels become occupied. Not "
+       "read if "
+       "autosave_file exists."},
       {"file_memory", "MB", integer(&P::file_memory_mb, 100, 1000000),
        "Memory for reading a map. A file that needs more is refused."},
   };
@@ -167,16 +138,6 @@ std::vector<ParameterDeclaration> declareQueries() {
        number({&P::service_limits, &ServiceLimits::max_time_s}, 1e-3, 3600.0),
        "Time after which a query is cut short; its answer says so. Clouds and other calls run in "
        "between."},
-      {"query/max_bricks", "",
-       integer({&P::service_limits, &ServiceLimits::max_bricks}, 1000, 2000000000),
-       "Maximum number of blocks of 8 x 8 x 8 voxels and of cuboids that a call may visit. Each "
-       "one that the call keeps in memory counts as eight."},
-      {"query/max_entries", "",
-       integer({&P::service_limits, &ServiceLimits::max_entries}, 1, 100000000),
-       "Maximum number of points, boxes, rays or paths in a request, and of cuboids in an answer."},
-      {"query/max_answer", "MB",
-       integer({&P::service_limits, &ServiceLimits::max_answer_mb}, 1, 900),
-       "Maximum size of an answer. roscpp drops messages of 1000 MB."},
   };
 }
 
@@ -197,9 +158,8 @@ void addTo(std::vector<ParameterDeclaration>& table,
 const std::vector<ParameterDeclaration>& parameterTable() {
   static const std::vector<ParameterDeclaration> kTable = [] {
     std::vector<ParameterDeclaration> table;
-    for (const auto& part :
-         {declareMap(), declareCuboids(), declareSources(), declareGrowth(), declareSensorModel(),
-          declareCrop(), declareTopics(), declareFiles(), declareQueries()}) {
+    for (const auto& part : {declareMap(), declareCuboids(), declareSources(), declareSensorModel(),
+                             declareCrop(), declareTopics(), declareFiles(), declareQueries()}) {
       addTo(table, part);
     }
     for (const FeatureParameters& feature : featureParameters()) addTo(table, feature.declare());
@@ -216,14 +176,38 @@ const std::map<std::string, std::string>& mergedParameters() {
 }
 
 const std::map<std::string, std::string>& retiredParameters() {
+  static const std::string kConstant = "it has one value for everybody now: remove it";
+  static const std::string kAutosave =
+      "the node starts with autosave_file if that exists, else with map_file: remove it. To begin "
+      "anew, remove the file of autosave_file";
   static const std::map<std::string, std::string> kRetired{
       {"autosave_keep",
        "earlier saves are for tools such as logrotate, or a copy before the start: remove it"},
+      {"map_file_optional", kAutosave},
+      {"resume", kAutosave},
+      {"forget_class", "write forget: all, occupied or free"},
+      {"forget_to", "write forget: seen_once for seen_once, and remove it for unknown"},
+      {"observation_excess",
+       "with observation_memory, observations above observation_rate wait; without, they are "
+       "dropped and counted: remove it"},
+      {"self_filter/urdf_file", "write self_filter/robot_description: /path/robot.urdf"},
+      {"fuse", kConstant + " (every_cloud)"},
+      {"rtree/max_branches", kConstant},
+      {"rtree/min_branches", kConstant},
+      {"growth/settle_clouds", kConstant},
+      {"query/max_bricks", kConstant + "; query/max_time limits calls"},
+      {"query/max_entries", kConstant},
+      {"query/max_answer", kConstant},
       {"hot_bricks", "there is nothing to limit any more: remove it"},
       {"marker_period", "keyframe_period takes its place, for all topics that carry differences"},
       {"published_cuboids",
        "the marker topics show the cuboids of the map, which are boxes of one class: remove it"}};
   return kRetired;
+}
+
+const std::set<std::string>& parametersOfOthers() {
+  static const std::set<std::string> kKeys{"num_worker_threads", "diagnostic_period"};
+  return kKeys;
 }
 
 }  // namespace cuboid_mapping_ros

@@ -7,6 +7,7 @@
 
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -51,6 +52,9 @@ void checkOrder(const LoadedParameters& loaded, const std::string& lower_key, do
 
 /// Parameters of earlier versions that have become part of others, which the warning names.
 [[nodiscard]] const std::map<std::string, std::string>& mergedParameters();
+
+/// Keys in the node's namespace that nodelet and diagnostic_updater read.
+[[nodiscard]] const std::set<std::string>& parametersOfOthers();
 
 /// Names that only octomap_server has, with the reason why this node does not need them.
 [[nodiscard]] const std::map<std::string, std::string>& octomapServerOnly();

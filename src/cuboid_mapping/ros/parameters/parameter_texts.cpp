@@ -70,7 +70,7 @@ const std::vector<std::pair<Group, std::vector<std::string>>> kGroupKeys = {
       "autosave_file"}},
     {Group::kSensor, {"self_filter/", "moving_points", "base_frame_id", "tf_wait", "queue_size"}},
     {Group::kMap,
-     {"environment", "fusion", "sensor_model/", "map_file", "resume", "autosave_period", "window/",
+     {"environment", "fusion", "sensor_model/", "map_file", "autosave_period", "window/",
       "keep_clouds/", "forget_", "merge/"}},
     {Group::kOutput,
      {"publish_", "latch", "keyframe_period", "color", "markers/", "robot_grid/", "occupancy_",

@@ -138,13 +138,6 @@ bool isGood(const LoadedParameters& loaded, const std::string& key) {
 void checkSets(LoadedParameters& loaded) {
   const NodeParameters& all = loaded.parameters;
   std::vector<ParameterError> errors;
-  // The table has the library's ranges: conflicts between parameters remain.
-  if (isGood(loaded, "rtree/min_branches") && isGood(loaded, "rtree/max_branches")) {
-    for (ConfigError& error : checkConfig(all.map)) {
-      std::replace(error.field.begin(), error.field.end(), '.', '/');
-      errors.push_back({error.field, error.message});
-    }
-  }
   for (int axis = 0; axis < 3; ++axis) {
     const std::string name(1, "xyz"[axis]);
     checkOrder(loaded, "pointcloud_min_" + name, all.source.crop.min_m[axis],
@@ -171,6 +164,11 @@ struct KnownKeys {
       if (slash != std::string::npos) groups.push_back(declaration.key.substr(0, slash));
       leftovers.insert(leftoverNameOf(declaration.key));
     }
+    for (const auto& [key, cure] : retiredParameters()) {
+      if (const auto slash = key.find('/'); slash != std::string::npos) {
+        groups.push_back(key.substr(0, slash));
+      }
+    }
   }
 
   /// Whether it has a key, or a key without groups above it.
@@ -184,6 +182,7 @@ struct KnownKeys {
 
 void judgeUnknownKey(const std::string& key, const XmlRpcValue& value, const KnownKeys& known,
                      LoadedParameters& loaded) {
+  if (parametersOfOthers().count(key) > 0) return;
   const auto retired = retiredParameters().find(key);
   if (retired != retiredParameters().end()) {
     loaded.errors.push_back({key, "belongs to an earlier version: " + retired->second});
@@ -343,12 +342,10 @@ std::string explain(BudgetLimit why, const ServiceLimits& limits) {
     case BudgetLimit::kTime:
       text << "ended by its time, at most " << limits.max_time_s << " s (parameter query/max_time)";
       break;
-    case BudgetLimit::kBricks:
-      text << "ended after " << limits.max_bricks << " bricks (parameter query/max_bricks)";
-      break;
+    case BudgetLimit::kBricks: text << "ended after " << limits.max_bricks << " bricks"; break;
     case BudgetLimit::kEntries:
       text << "ended by the size of the answer, at most " << limits.max_entries << " entries and "
-           << limits.max_answer_mb << " MB (parameters query/max_entries and query/max_answer)";
+           << limits.max_answer_mb << " MB";
       break;
     case BudgetLimit::kStopped: text << "ended because the node stops"; break;
   }

@@ -119,16 +119,9 @@ struct ServiceLimits {
   QueriesOutside outside = QueriesOutside::kRefuse;
 };
 
-/// Treatment of observations above the rate.
-enum class ObservationExcess : unsigned char {
-  kLater,  ///< They wait.
-  kThin    ///< Clouds are left out of the observations, and counted.
-};
-
 /// Parameters for maps of several robots.
 struct FleetParameters {
   double observation_max_kb_s = 0.0;  ///< Rate limit for each subscriber; 0: none.
-  ObservationExcess observation_excess = ObservationExcess::kLater;
   int observation_memory_mb = 0;    ///< For subscribers that missed observations; 0: none is kept.
   std::vector<std::string> robots;  ///< Robots that observe the map; none: clouds make it.
   double merge_delay_s = 3.0;       ///< Wait for observations before they go into the map.
@@ -182,13 +175,12 @@ struct RobotGridParameters {
 /// Meaning of the colour of an occupied cuboid.
 enum class ColorBy : unsigned char { kHeight, kProbability };
 
-/// Classes of voxels that are forgotten, see Forgetting.
-enum class ForgetClass : unsigned char { kAll, kOccupied, kFree };
-
-/// State of forgotten voxels.
-enum class ForgetTo : unsigned char {
-  kUnknown,  ///< They become unknown.
-  kSeenOnce  ///< They keep their class, but the next observation of the other class wins.
+/// What is forgotten, see Forgetting.
+enum class Forget : unsigned char {
+  kAll,       ///< Voxels become unknown.
+  kOccupied,  ///< Occupied voxels become unknown; free ones stay.
+  kFree,      ///< Free voxels become unknown; occupied ones stay.
+  kSeenOnce   ///< Voxels keep their class, but the next observation of the other class wins.
 };
 
 /// Treatment of points of moving objects, see MovingFilter.
@@ -200,14 +192,14 @@ enum class MovingPoints : unsigned char {
 
 /// Shapes of the robot, and the treatment of points on it.
 struct SelfFilterParameters {
-  XmlRpc::XmlRpcValue box_list;   ///< List as given.
-  RobotParts boxes;               ///< Boxes from the list.
-  std::string robot_description;  ///< Name of a parameter with a URDF; empty: none.
-  std::string urdf_file;          ///< File that replaces it; empty: none.
-  double padding_m = 0.05;        ///< Enlarges the shapes of the URDF.
-  std::string ignored_links;      ///< Links of the URDF, separated by spaces.
-  bool keep_free = false;         ///< Whether each cloud makes the voxels of the robot free.
-  RobotParts parts;               ///< All parts, after readReferences().
+  XmlRpc::XmlRpcValue box_list;  ///< List as given.
+  RobotParts boxes;              ///< Boxes from the list.
+  std::string
+      robot_description;      ///< Name of a parameter with a URDF, or a .urdf file; empty: none.
+  double padding_m = 0.05;    ///< Enlarges the shapes of the URDF.
+  std::string ignored_links;  ///< Links of the URDF, separated by spaces.
+  bool keep_free = false;     ///< Whether each cloud makes the voxels of the robot free.
+  RobotParts parts;           ///< All parts, after readReferences().
 };
 
 /// Parameters of the node, valid together when they come from readParameters() without an error.
@@ -222,29 +214,24 @@ struct NodeParameters {
   std::vector<SourceParameters> sources;  ///< Sources from the list.
   /// Its sensor_model is that of `source`, see makeMapConfig().
   MapConfig map;
-  ForgetClass forget_class = ForgetClass::kAll;
-  ForgetTo forget_to = ForgetTo::kUnknown;
+  Forget forget = Forget::kAll;
   MovingPoints moving_points = MovingPoints::kIgnore;
-  int threads = 0;                   ///< Threads for a cloud; 0: one for each core.
-  double diagnostic_period_s = 1.0;  ///< Read by diagnostic_updater.
-  int num_worker_threads = 0;        ///< Read by the node's own nodelet manager.
-  bool ignores_unknown = false;      ///< Unknown keys are warnings, not errors.
-  int queue_size = 2;                ///< Clouds of a source that may wait for their turn.
-  double tf_wait_s = 10.0;           ///< Longest time that a cloud waits for its transforms.
-  double tf_gap_s = 1.0;             ///< Longest time between two transforms of a frame.
-  double publish_rate_hz = 5.0;      ///< Greatest rate of the map topics.
-  bool latch = true;                 ///< Whether the map topics are latched.
-  double keyframe_period_s = 10.0;   ///< Period of whole messages between differences; 0: none.
-  bool publish_values = false;       ///< Whether cuboid_map carries log-odds, or classes alone.
+  int threads = 0;                  ///< Threads for a cloud; 0: one for each core.
+  bool ignores_unknown = false;     ///< Unknown keys are warnings, not errors.
+  int queue_size = 2;               ///< Clouds of a source that may wait for their turn.
+  double tf_wait_s = 10.0;          ///< Longest time that a cloud waits for its transforms.
+  double tf_gap_s = 1.0;            ///< Longest time between two transforms of a frame.
+  double publish_rate_hz = 5.0;     ///< Greatest rate of the map topics.
+  bool latch = true;                ///< Whether the map topics are latched.
+  double keyframe_period_s = 10.0;  ///< Period of whole messages between differences; 0: none.
+  bool publish_values = false;      ///< Whether cuboid_map carries log-odds, or classes alone.
   ColorBy color_by = ColorBy::kHeight;
   double color_period_m = 0.0;      ///< Height over which the colours repeat; 0: they fit the map.
   bool markers_are_joined = false;  ///< Markers show cuboids joined across bricks.
   std::string map_file;             ///< Loaded at the start; empty: none.
   std::string autosave_file;        ///< Saved to now and then; empty: none.
   double autosave_period_s = 60.0;
-  bool map_file_optional = false;  ///< map_file may be missing.
-  bool resume = true;              ///< The map starts from autosave_file if it exists.
-  bool is_autosave_read = false;   ///< Read at the start: saves may replace it. No parameter.
+  bool is_autosave_read = false;  ///< Read at the start: saves may replace it. No parameter.
   double map_part_size_mb =
       250.0;                  ///< Bound of a message of cuboid_map, before it is deflated, in MB.
   int file_memory_mb = 4000;  ///< Bound of the memory for reading a map, in MB.

@@ -25,8 +25,8 @@ using XmlRpc::XmlRpcValue;
 /// Groups of keys that can be changed; a group is a key, or all keys that begin with it and a slash.
 constexpr char kRuntimeGroups[] =
     "sensor_model publish_rate filter_ground ground_filter occupancy_min_z occupancy_max_z "
-    "min_x_size min_y_size filter_speckles publish_free_space height_map color_factor color "
-    "color_free color_by color_period "
+    "min_x_size min_y_size filter_speckles publish_free_space height_map color_factor color_by "
+    "color_period "
     "pointcloud_min_x pointcloud_min_y pointcloud_min_z pointcloud_max_x pointcloud_max_y "
     "pointcloud_max_z";
 
@@ -178,32 +178,32 @@ LoadedParameters applyConfig(const NodeParameters& parameters, const Config& req
 ReconfigureServer::ReconfigureServer(const ros::NodeHandle& private_nh,
                                      const NodeParameters& parameters,
                                      std::function<void(const NodeParameters&)> apply)
-    : private_nh_(private_nh),
-      parameters_(parameters),
-      apply_(std::move(apply)),
-      master_thread_(guardOf(private_nh), "parameters for the master") {
+    : private_nh_(private_nh), parameters_(parameters), apply_(std::move(apply)) {
   using dynamic_reconfigure::ConfigDescription;
   descriptions_ = private_nh_.advertise<ConfigDescription>(kParameterDescriptionsTopic, 1, true);
   descriptions_.publish(describeConfig());
   updates_ = private_nh_.advertise<dynamic_reconfigure::Config>(kParameterUpdatesTopic, 1, true);
   updates_.publish(toConfig(parameters_));
   server_ = offerService<dynamic_reconfigure::Reconfigure>(
-      private_nh_, kSetParametersService,
-      [this](const auto& request, auto& response) { onRequest(request, response); });
-  master_thread_.start();
+      private_nh_, kSetParametersService, [this](const auto& request, auto& response) {
+        const std::lock_guard<std::mutex> lock(mutex_);
+        onRequest(request, response);
+      });
 }
-
-ReconfigureServer::~ReconfigureServer() { master_thread_.stop(); }
 
 /// Sets the parameters in force on the parameter server, as dynamic_reconfigure::Server does.
 void ReconfigureServer::tellMaster() {
-  post(master_thread_.queue(), this, [values = runtimeValues(parameters_), nh = private_nh_] {
+  post(*private_nh_.getCallbackQueue(), this, [this] {
+    const std::map<std::string, XmlRpc::XmlRpcValue> values = [this] {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      return runtimeValues(parameters_);
+    }();
     for (const auto& [key, value] : values) {
       XmlRpc::XmlRpcValue request;
       XmlRpc::XmlRpcValue response;
       XmlRpc::XmlRpcValue payload;
       request[0] = ros::this_node::getName();
-      request[1] = nh.resolveName(key);
+      request[1] = private_nh_.resolveName(key);
       request[2] = value;
       // NodeHandle::setParam() would wait for a master.
       if (!ros::master::execute("setParam", request, response, payload, false)) return;

@@ -16,6 +16,7 @@
 
 #include <functional>
 #include <map>
+#include <mutex>
 #include <string>
 
 namespace cuboid_mapping_ros {
@@ -49,14 +50,13 @@ namespace cuboid_mapping_ros {
 /// This is own code because dynamic_reconfigure::Server clamps bad values instead of refusing the request,
 /// leaves names without slashes on the parameter server, waits for a master that is gone, and needs each
 /// parameter declared again.
-/// Thread rule: the service is answered on the queue of the node handle. The master, which may be gone, gets
-/// the new values in a thread of its own.
+/// Thread rule: the queue of the node handle may have several threads. The master, which may be gone, gets the new
+/// values after the answer.
 class ReconfigureServer {
  public:
   /// @param apply  Called with all parameters after each request that has changed some.
   ReconfigureServer(const ros::NodeHandle& private_nh, const NodeParameters& parameters,
                     std::function<void(const NodeParameters&)> apply);
-  ~ReconfigureServer();
   ReconfigureServer(const ReconfigureServer&) = delete;
   ReconfigureServer& operator=(const ReconfigureServer&) = delete;
 
@@ -67,12 +67,12 @@ class ReconfigureServer {
   void tellMaster();
 
   ros::NodeHandle private_nh_;
+  std::mutex mutex_;  ///< Guards parameters_, and is held during a request.
   NodeParameters parameters_;
   std::function<void(const NodeParameters&)> apply_;
   ros::Publisher descriptions_;
   ros::Publisher updates_;
   ros::ServiceServer server_;
-  GuardedThread master_thread_;
 };
 
 }  // namespace cuboid_mapping_ros

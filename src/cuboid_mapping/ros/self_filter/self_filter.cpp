@@ -8,6 +8,8 @@
 #include "cuboid_mapping/ros/self_filter/robot_description.h"
 #include "cuboid_mapping/scan/scan_filter.h"
 
+#include <boost/algorithm/string/predicate.hpp>
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -30,18 +32,19 @@ std::string readTextFile(const std::string& file) {
   } catch (const MapFileError&) {
     // An unreadable file counts as one without text.
   }
-  if (text.empty()) throw std::runtime_error("self_filter/urdf_file: cannot read " + file);
+  if (text.empty()) throw std::runtime_error("self_filter/robot_description: cannot read " + file);
   return text;
 }
 
 /// Text of the robot's description; empty if none is set.
 std::string readDescription(const SelfFilterParameters& parameters, const FindText& find_text) {
-  if (!parameters.urdf_file.empty()) return readTextFile(parameters.urdf_file);
-  if (parameters.robot_description.empty()) return {};
-  auto text = find_text(parameters.robot_description);
+  const std::string& name = parameters.robot_description;
+  if (name.empty()) return {};
+  if (boost::algorithm::ends_with(name, ".urdf")) return readTextFile(name);
+  auto text = find_text(name);
   if (text && !text->empty()) return *std::move(text);
-  throw std::runtime_error("self_filter/robot_description: there is no parameter " +
-                           parameters.robot_description + " with a URDF");
+  throw std::runtime_error("self_filter/robot_description: there is no parameter " + name +
+                           " with a URDF");
 }
 
 /// Refuses too many voxels: each cloud visits all of them.

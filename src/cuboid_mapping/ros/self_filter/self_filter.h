@@ -14,7 +14,7 @@ namespace cuboid_mapping_ros {
 
 /// Fills self_filter.parts with the parts of the robot: its boxes, then the shapes of its description.
 ///
-/// @param find_text  Reads self_filter/robot_description, unless there is a urdf_file.
+/// @param find_text  Reads self_filter/robot_description, unless that is a .urdf file.
 /// @throws std::runtime_error  for a missing file or parameter, errors of readRobotDescription(), and
 ///         a robot with too many voxels to keep free.
 void loadRobotParts(NodeParameters& parameters, const FindText& find_text);

@@ -6,6 +6,7 @@
 #include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
+#include "cuboid_mapping/ros/parameters/parameter_table.h"
 #include "cuboid_mapping/sharing/map_follower.h"
 
 #include <algorithm>
@@ -38,18 +39,14 @@ ChangeSet everythingOf(const ChangeSet& changes) { return {changes.revision, tru
 }  // namespace
 
 MapImageServer::MapImageServer(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh,
-                               CallbackGuard& guard, const Options& options, Make make, Note note)
-    : options_(options),
-      make_(std::move(make)),
-      note_(std::move(note)),
-      thread_(guard, "images of the map") {
-  const ros::NodeHandle topic_nh = withQueue(nh, thread_.queue());
-  topic_.emplace(topic_nh, kCuboidMapTopic, kQueueSize, true, [this](const auto& listener) {
+                               const Options& options, Make make, Note note)
+    : options_(options), make_(std::move(make)), note_(std::move(note)) {
+  topic_.emplace(nh, kCuboidMapTopic, kQueueSize, true, [this](const auto& listener) {
     listener.publish(current(options_.topic_detail).parts.front());
   });
   server_ = offerService<GetMap>(
-      withQueue(private_nh, thread_.queue()), kGetMapService,
-      [this, &guard](const auto& request, auto& response) {
+      private_nh, kGetMapService,
+      [this, &guard = guardOf(nh)](const auto& request, auto& response) {
         try {
           answer(request, response);
         } catch (const std::exception& exception) {
@@ -58,11 +55,8 @@ MapImageServer::MapImageServer(const ros::NodeHandle& nh, const ros::NodeHandle&
           response.info.message = std::string("the node could not answer: ") + exception.what();
         }
       });
-  timer_ = startTimer(topic_nh, kTimerPeriod_s, [this] { onTimer(); });
-  thread_.start();
+  timer_ = startTimer(nh, kTimerPeriod_s, [this] { onTimer(); });
 }
-
-MapImageServer::~MapImageServer() { thread_.stop(); }
 
 void MapImageServer::onTimer() {
   forgetOld();
@@ -164,7 +158,7 @@ MapPublisher::MapPublisher(const MapHost& host)
       delta_publisher_(ros::NodeHandle(host.nh).advertise<CuboidMapUpdate>(kCuboidMapUpdatesTopic,
                                                                            kUpdatesQueue)),
       images_(
-          host.nh, host.private_nh, host.guard,
+          withQueue(host.nh, host.slow_queue), withQueue(host.private_nh, host.slow_queue),
           {detail_, partBytes(host.parameters), host.parameters.keyframe_period_s},
           [this](MapDetail detail) { return makeImage(detail); },
           [this] { return describeLeftOut(); }) {}
@@ -212,6 +206,18 @@ void MapPublisher::publish() {
   if (message_.delta.instance != 0) delta_publisher_.publish(toMessage(message_));
   images_.noteUpdate(published_revision_);
   if (message_.delta.is_everything) images_.publishSoon();
+}
+
+std::vector<ParameterDeclaration> MapPublisher::declare() {
+  using P = NodeParameters;
+  return {
+      {"publish_values", "", boolean(&P::publish_values),
+       "true: cuboid_map and cuboid_map_updates carry the log-odds of every voxel. false: only "
+       "classes, which suffice for planners."},
+      {"map_part_size", "MB", number(&P::map_part_size_mb, 0.001, 500.0),
+       "A larger map is sent in several messages (cuboid_map, ~get_map). This is the size before "
+       "compression."},
+  };
 }
 
 }  // namespace cuboid_mapping_ros

@@ -50,9 +50,8 @@ class MapImageServer {
   /// @param nh, private_nh  Namespaces of the topic, and of the service. @param make  Makes an image of the
   ///                        current map.
   /// @param note  Returns a note on the map for callers of ~get_map; empty: none.
-  MapImageServer(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh, CallbackGuard& guard,
+  MapImageServer(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh,
                  const Options& options, Make make, Note note);
-  ~MapImageServer();
   MapImageServer(const MapImageServer&) = delete;
   MapImageServer& operator=(const MapImageServer&) = delete;
 
@@ -91,7 +90,6 @@ class MapImageServer {
   std::deque<Message> outgoing_;         ///< Unsent parts of a keyframe.
   std::uint64_t keyframe_revision_ = 0;  ///< Revision of the last keyframe.
   ros::SteadyTime next_keyframe_;        ///< Earliest time of the next one.
-  GuardedThread thread_;
   ros::ServiceServer server_;
   std::optional<LatchedTopic<Message>> topic_;
   ros::WallTimer timer_;

@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/ros/mapping/map_storage.h"
 #include "cuboid_mapping/ros/middleware/names.h"
+#include "cuboid_mapping/ros/parameters/parameter_table.h"
 
 #include <ros/console.h>
 
@@ -25,6 +26,67 @@ void WindowFeature::report(NodeReport& report) {
   report.window = map_.windowFigures();
   report.num_new_window_failures = report.window->num_failures - num_reported_failures_;
   num_reported_failures_ = report.window->num_failures;
+}
+
+std::vector<ParameterDeclaration> WindowFeature::declare() {
+  using P = NodeParameters;
+  return {
+      {"window/frame", "", frame({&P::window, &WindowParameters::frame_id}, true),
+       "Frame of the robot. Only the map around it stays in memory. Its position is taken at the "
+       "stamp of each cloud. Empty: the whole map stays."},
+      {"window/size", "m",
+       number({&P::window, &WindowParameters::config, &WindowConfig::size_m}, 0.1, 1e6),
+       "Edge of the window, a cube along the axes of the map."},
+      {"window/margin", "m",
+       number({&P::window, &WindowParameters::config, &WindowConfig::margin_m}, 0.0, 1e6),
+       "A part of the map leaves memory only beyond this distance from the window."},
+      {"window/outside", "",
+       choice<OutsideWindow>({&P::window, &WindowParameters::config, &WindowConfig::outside},
+                             {{"keep", OutsideWindow::kKeep},
+                              {"forget", OutsideWindow::kForget},
+                              {"refuse", OutsideWindow::kRefuse}}),
+       "What happens to the map outside the window. keep: it moves to window/file, and returns "
+       "before a beam reaches it. forget: it becomes unknown. refuse: it becomes unknown, and "
+       "clouds do not change it."},
+      {"window/file", "", file({&P::window, &WindowParameters::file}),
+       "SQLite file of the map, with window/outside: keep. The node continues the map in this "
+       "file, or creates it. bag_to_map uses its output file instead."},
+      {"window/queries", "",
+       choice<QueriesOutside>(
+           {&P::service_limits, &ServiceLimits::outside},
+           {{"refuse", QueriesOutside::kRefuse}, {"load", QueriesOutside::kLoad}}),
+       "Service calls about parts of the map that are in window/file only. refuse: the answer says "
+       "so, and octomap_full and octomap_binary fail. load: these parts are loaded first."},
+  };
+}
+
+std::vector<ParameterError> WindowFeature::check(const LoadedParameters& loaded) {
+  const NodeParameters& parameters = loaded.parameters;
+  if (!parameters.window.isOn()) return {};
+  std::vector<ParameterError> errors;
+  if (!parameters.fleet.robots.empty()) {
+    errors.push_back({"window/frame",
+                      "does not go with merge/robots: their clouds have several places. Remove one "
+                      "of them"});
+  }
+  if (!parameters.window.keeps()) return errors;
+  if (parameters.window.file.empty()) {
+    errors.push_back({"window/file",
+                      "is empty, but window/outside is keep: name a file, or set window/outside to "
+                      "forget"});
+  }
+  if (parameters.source.forget_after_s > 0.0) {
+    errors.push_back({"forget_after",
+                      "does not go with window/outside: keep, because voxels on disk would not be "
+                      "forgotten: change one of them"});
+  }
+  if (!parameters.map_file.empty()) {
+    errors.push_back(
+        {"map_file",
+         "does not go with window/outside: keep, which starts with window/file: remove "
+         "it, and make window/file of it with map_convert"});
+  }
+  return errors;
 }
 
 }  // namespace cuboid_mapping_ros

@@ -18,16 +18,13 @@ std::vector<ParameterDeclaration> ForgettingFeature::declare() {
        "stamps, per block of 8 x 8 x 8 voxels. Each source can have its own time; a block stays "
        "while one source remembers it. Locked boxes stay. Voxels from files and edits stay until a "
        "cloud observes them. 0: never."},
-      {"forget_class", "",
-       choice<ForgetClass>(&P::forget_class, {{"all", ForgetClass::kAll},
-                                              {"occupied", ForgetClass::kOccupied},
-                                              {"free", ForgetClass::kFree}}),
-       "Class of voxels that forget_after forgets. all: both. occupied: obstacles only; free space "
-       "stays. free: free space only; obstacles stay."},
-      {"forget_to", "",
-       choice<ForgetTo>(&P::forget_to,
-                        {{"unknown", ForgetTo::kUnknown}, {"seen_once", ForgetTo::kSeenOnce}}),
-       "State of forgotten voxels. unknown: unknown. seen_once: they keep their class, as if seen "
+      {"forget", "",
+       choice<Forget>(&P::forget, {{"all", Forget::kAll},
+                                   {"occupied", Forget::kOccupied},
+                                   {"free", Forget::kFree},
+                                   {"seen_once", Forget::kSeenOnce}}),
+       "What forget_after forgets. all: obstacles and free space. occupied: obstacles only. free: "
+       "free space only. seen_once: nothing becomes unknown; voxels keep their class, as if seen "
        "once, and the next cloud can change it."},
   };
 }
