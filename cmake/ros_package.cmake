@@ -64,7 +64,7 @@ if(NOT CUBOID_MAPPING_NODE)
   return()
 endif()
 
-catkin_install_python(PROGRAMS python/show_map python/restore_sim_time python/map_fetch python/map_view python/check_arguments
+catkin_install_python(PROGRAMS python/show_map python/restore_sim_time python/map_fetch python/map_view python/moveit_objects python/check_arguments
   python/publish_transforms examples/explore/explore.py
   DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
 cuboid_mapping_link_programs(map_fetch map_view)
