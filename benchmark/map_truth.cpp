@@ -139,7 +139,7 @@ VoxelSet enlarged(const VoxelSet& set, int voxels) {
 }
 
 /// What beams do not clear.
-enum class Rule { kOctomap, kEndMargin, kEndsEarly, kBesideHits };
+enum class Rule { kOctomap, kKeepSurfaces, kEndMargin, kEndsEarly, kBesideHits };
 
 struct Variant {
   Rule rule;
@@ -147,8 +147,8 @@ struct Variant {
 
   [[nodiscard]] std::string name() const {
     char text[64];
-    const char* const names[] = {"as OctoMap", "end margin %.1f m", "beams end %.1f m early",
-                                 "not beside hits, %.1f m"};
+    const char* const names[] = {"as OctoMap", "keep_surfaces", "end margin %.1f m",
+                                 "beams end %.1f m early", "not beside hits, %.1f m"};
     std::snprintf(text, sizeof(text), names[static_cast<int>(rule)], margin_m);
     return text;
   }
@@ -194,6 +194,7 @@ class Attempt {
     BeamRanges ranges;
     const bool has_margin = variant.rule == Rule::kEndMargin || variant.rule == Rule::kEndsEarly;
     if (has_margin) ranges.end_margin_m = variant.margin_m;
+    ranges.keep_surfaces = variant.rule == Rule::kKeepSurfaces;
     return ranges;
   }
 
@@ -251,7 +252,7 @@ void print(const Attempt& attempt, const Reference& reference) {
 }
 
 void measure(const TruthOptions& options, const std::vector<Scan>& scans, const Truth& truth) {
-  std::vector<Variant> variants = {{Rule::kOctomap, 0.0}};
+  std::vector<Variant> variants = {{Rule::kOctomap, 0.0}, {Rule::kKeepSurfaces, 0.0}};
   for (const Rule rule : {Rule::kEndMargin, Rule::kEndsEarly, Rule::kBesideHits}) {
     for (const double margin_m : options.margins_m) variants.push_back({rule, margin_m});
   }

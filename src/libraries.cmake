@@ -77,6 +77,7 @@ cuboid_mapping_add_part(core
   cuboid_mapping/scan/scan_update.cpp
   cuboid_mapping/scan/slab_beams.cpp
   cuboid_mapping/scan/slab_walk.cpp
+  cuboid_mapping/scan/surface_margins.cpp
   cuboid_mapping/scan/void_space.cpp
   cuboid_mapping/voxels/brick_cuboids.cpp
   cuboid_mapping/voxels/packed_voxels.cpp

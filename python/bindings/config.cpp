@@ -35,6 +35,13 @@ class ConfigReader {
     field = given;
   }
 
+  void boolean(const char* key, bool& field) {
+    const auto value = take(key);
+    if (!value) return;
+    if (!py::isinstance<py::bool_>(value)) return refuse(key, value, "True or False");
+    field = value.cast<bool>();
+  }
+
   void integer(const char* key, int& field) {
     const auto value = take(key);
     if (!value) return;
@@ -143,6 +150,7 @@ MapperConfig parseConfig(const py::dict& arguments, const MapperConfig& base) {
   readMap(reader, config.map);
   reader.number("max_range", config.max_range_m);
   reader.number("end_margin", config.end_margin_m);
+  reader.boolean("keep_surfaces", config.keep_surfaces);
   reader.finish(config);
   return config;
 }
@@ -152,6 +160,7 @@ Keyword arguments, with their defaults:
   resolution=0.05: edge of a voxel in metres, 0.001 to 100.
   max_range=inf: longer beams are cut there and free the space up to it, in metres.
   end_margin=0: length in metres before its end in which a beam frees unknown voxels only; OctoMap has 0.
+  keep_surfaces=False: True: beams do not clear the floors, stairs and tables that they graze.
   hit=0.7, miss=0.4: probability that a voxel is occupied if a beam ends in it, or passes it.
   alpha_min=0.12, alpha_max=0.97: clamping thresholds of the probability of a voxel.
   environment='dynamic': every observation counts; 'static': voxels at a threshold stay as they are.

@@ -64,7 +64,7 @@ class LaunchFilesTest(unittest.TestCase):
             required = text.partition('Optional Arguments:')[0]
             names = [line.split(':')[0].strip() for line in required.splitlines()[1:]]
             if file.name == 'mapping.launch':
-                self.assertEqual(file.read_text().count('<arg '), 10)
+                self.assertEqual(file.read_text().count('<arg '), 11)
             self.assertEqual(names, {'replay.launch': ['bag'], 'merge_maps.launch': ['robots']}.get(file.name, []), file.name)
 
     def test_as_node_and_as_nodelet(self):
@@ -81,7 +81,8 @@ class LaunchFilesTest(unittest.TestCase):
         self.assertIn('/tf:=/robot1/tf', words)
         self.assertEqual({key: value for key, value in dump.items() if key.startswith('/robot1/')},
                          {'/robot1/cuboid_mapping/resolution': 0.3, '/robot1/cuboid_mapping/defaults/resolution': 0.1,
-                          '/robot1/cuboid_mapping/defaults/sensor_model/max_range': 30.0})
+                          '/robot1/cuboid_mapping/defaults/sensor_model/max_range': 30.0,
+                          '/robot1/cuboid_mapping/defaults/sensor_model/keep_surfaces': True})
         dump, words = self.load_around('<arg name="cloud" value="/scan"/>', '<arg name="type" value="laser_scan"/>')
         self.assertIn('cloud_in:=/scan', words)
         self.assertEqual(dump['/robot1/cuboid_mapping/type'], 'laser_scan')

@@ -16,6 +16,8 @@ struct MapperConfig {
   double max_range_m = std::numeric_limits<double>::infinity();
   /// Length before a return in which a beam frees unknown voxels only: >= 0, finite. See BeamRanges.
   double end_margin_m = 0.0;
+  /// Whether beams spare the surfaces that they graze, see BeamRanges.
+  bool keep_surfaces = false;
 };
 
 /// Builds a map from scans: the entry to the library.

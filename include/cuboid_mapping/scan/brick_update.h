@@ -21,6 +21,8 @@ struct BeamRanges {
   /// Length before a return in which a beam frees unknown voxels only, >= 0. With 0, a beam misses all voxels
   /// before its end, as in OctoMap.
   double end_margin_m = 0.0;
+  /// Beams free unknown voxels only where they lie along a surface that their neighbours hit, see SurfaceMargins.
+  bool keep_surfaces = false;
 };
 
 /// The voxels of one brick that a cloud observes.

@@ -22,6 +22,7 @@ namespace {
 bool isSame(const ObservationConfig& a, const ObservationConfig& b) {
   return !(a.sensor_model != b.sensor_model) && a.ranges.max_range_m == b.ranges.max_range_m &&
          a.ranges.end_margin_m == b.ranges.end_margin_m &&
+         a.ranges.keep_surfaces == b.ranges.keep_surfaces &&
          a.limits.min_range_m == b.limits.min_range_m &&
          a.limits.crop_map.min_m == b.limits.crop_map.min_m &&
          a.limits.crop_map.max_m == b.limits.crop_map.max_m && a.marks == b.marks &&

@@ -12,8 +12,9 @@ namespace cuboid_mapping {
 struct Mapper::Implementation {
   explicit Implementation(const MapperConfig& config)
       : map(checked(config).map),
-        updater(map.grid(), BeamRanges{config.max_range_m, config.end_margin_m}, config.map.threads,
-                config.map.beamSampling()) {}
+        updater(map.grid(),
+                BeamRanges{config.max_range_m, config.end_margin_m, config.keep_surfaces},
+                config.map.threads, config.map.beamSampling()) {}
 
   /// Puts the update into the map; with several threads, beside the next ray walk.
   void startApply() {

@@ -20,6 +20,7 @@
 #include "cuboid_mapping/ros/planning/planner_services.h"
 #include "cuboid_mapping/ros/self_filter/self_filter_step.h"
 #include "cuboid_mapping/ros/sharing/map_publisher.h"
+#include "cuboid_mapping/ros/start/start_volume.h"
 #include "cuboid_mapping/ros/window/window_feature.h"
 
 #include <memory>
@@ -78,6 +79,7 @@ const std::vector<FeatureKind>& featureKinds() {
       kindOf<PoseCorrections>(),       //
       kindOf<MovingPointsFeature>(),   //
       kindOf<ForgettingFeature>(),     //
+      kindOf<StartVolume>(),           //
       kindOf<RobotsFeature>(),         //
       kindOf<MapFiles>(),              //
       kindOf<MapMarkers>(),            //

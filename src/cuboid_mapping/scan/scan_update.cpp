@@ -77,6 +77,12 @@ void dropEmpty(ScanUpdate& update) {
                       update.bricks.end());
 }
 
+/// The point of a beam where its end margin begins. @pre It is longer than the margin.
+Eigen::Vector3f beginOfMargin(const Eigen::Vector3f& origin, const Eigen::Vector3f& end,
+                              double length_m, double margin_m) {
+  return origin + (end - origin) * static_cast<float>(1.0 - margin_m / length_m);
+}
+
 }  // namespace
 
 void keepMarks(ScanUpdate& update) {
@@ -127,7 +133,7 @@ void ScanUpdater::markOpenBeam(const Ray& ray, BeamMarks& marks) const {
 /// Marks a beam with a return in two parts: misses up to the margin, grazes from there on.
 /// @param ray  The whole beam, which is not cut.
 void ScanUpdater::markWithMargin(const BeamSource& source, const Eigen::Vector3f& end,
-                                 const Ray& ray, bool is_hit, Share& share) const {
+                                 const Ray& ray, double margin_m, bool is_hit, Share& share) const {
   const Cell local_end = ray.end - base_;
   if (is_hit) share.marks.findOrAdd(toBrickKey(local_end)).hits.set(voxelIndex(local_end));
   // An open end must not be marked; a hit may, since a hit wins.
@@ -135,39 +141,35 @@ void ScanUpdater::markWithMargin(const BeamSource& source, const Eigen::Vector3f
     if (is_hit || part_of_ray.end != ray.end) return markBeam(part_of_ray, false, marks);
     markOpenBeam(part_of_ray, marks);
   };
-  if (ray.length_m <= ranges_.end_margin_m) return mark(ray, share.grazes);
-  const Eigen::Vector3f margin = marginOf(source, end, ray.length_m);
+  if (ray.length_m <= margin_m) return mark(ray, share.grazes);
+  const Eigen::Vector3f margin = beginOfMargin(source.scan.origin, end, ray.length_m, margin_m);
   Ray ray_part;
   if (source.ray_origin.computeRay(margin, ray_part)) mark(ray_part, share.marks);
   const RayOrigin margin_origin(grid_, source.scan.anchor_map, margin);
   if (margin_origin.cell() && margin_origin.computeRay(end, ray_part)) mark(ray_part, share.grazes);
 }
 
-/// The point of a beam where its end margin begins. @pre It is longer than the margin.
-Eigen::Vector3f ScanUpdater::marginOf(const BeamSource& source, const Eigen::Vector3f& end,
-                                      double length_m) const {
-  const auto part = static_cast<float>(1.0 - ranges_.end_margin_m / length_m);
-  return source.scan.origin + (end - source.scan.origin) * part;
-}
-
 /// As markWithMargin() without the hits, for a batch of returns. Leaves out cut beams, and beams not longer
 /// than the margin.
-/// @return The marked beams.
-std::uint32_t ScanUpdater::markBatchWithMargin(const BeamSource& source,
-                                               const Eigen::Vector3f* ends, const RayBatch& rays,
-                                               Share& share) const {
+/// @param first  Number of the first. @return The marked beams.
+std::uint32_t ScanUpdater::markBatchWithMargin(const BeamSource& source, std::size_t first,
+                                               const RayBatch& rays, Share& share) const {
+  const Eigen::Vector3f* ends = source.scan.points.data() + first;
   Eigen::Vector3f margins[RayBatch::kSize];
   std::uint32_t longer = 0;
+  std::uint32_t has_margin = 0;
   for (int i = 0; i < rays.count; ++i) {
-    margins[i] = marginOf(source, ends[i], rays.length_m[i]);
-    if (rays.length_m[i] > ranges_.end_margin_m) longer |= 1U << i;
+    const double margin_m = marginOf(source, first + static_cast<std::size_t>(i));
+    margins[i] = beginOfMargin(source.scan.origin, ends[i], rays.length_m[i], margin_m);
+    if (margin_m > 0.0) has_margin |= 1U << i;
+    if (rays.length_m[i] > margin_m) longer |= 1U << i;
   }
   RayBatch parts;
   constexpr double kNoLimit = std::numeric_limits<double>::infinity();
   computeRays(source.ray_origin, margins, rays.count, kNoLimit, parts);
   parts.taken &= rays.taken & ~rays.cut & longer;
   const std::uint32_t marked = markSlabs(parts, base_, share.marks);
-  for (std::uint32_t bits = marked; bits != 0; bits &= bits - 1) {
+  for (std::uint32_t bits = marked & has_margin; bits != 0; bits &= bits - 1) {
     const int i = __builtin_ctz(bits);
     const RayOrigin margin_origin(grid_, source.scan.anchor_map, margins[i]);
     Ray rest;
@@ -183,9 +185,11 @@ std::uint32_t ScanUpdater::addBatch(const BeamSource& source, const Eigen::Vecto
                                     int count, bool are_returns, Share& share) const {
   RayBatch rays;
   computeRays(source.ray_origin, ends, count, ranges_.max_range_m, rays);
-  const bool has_margin = are_returns && ranges_.end_margin_m > 0.0;
-  const std::uint32_t marked = has_margin ? markBatchWithMargin(source, ends, rays, share)
-                                          : markSlabs(rays, base_, share.marks);
+  const std::uint32_t marked =
+      are_returns && hasMargins()
+          ? markBatchWithMargin(source, static_cast<std::size_t>(ends - source.scan.points.data()),
+                                rays, share)
+          : markSlabs(rays, base_, share.marks);
   share.num_points += static_cast<std::size_t>(__builtin_popcount(marked));
   for (std::uint32_t hits = are_returns ? marked & ~rays.cut : 0; hits != 0; hits &= hits - 1) {
     const Cell local_end = rays.endOf(static_cast<std::size_t>(__builtin_ctz(hits))) - base_;
@@ -217,17 +221,22 @@ void ScanUpdater::addBeam(const BeamSource& source, const Eigen::Vector3f& end, 
   const auto ray = cutRay(source, end, is_cut, share);
   if (!ray) return;
   const bool is_hit = is_return && !is_cut;
-  if (is_hit && ranges_.end_margin_m > 0.0) return markWithMargin(source, end, *ray, true, share);
+  const double margin_m =
+      is_hit && hasMargins()
+          ? marginOf(source, static_cast<std::size_t>(&end - source.scan.points.data()))
+          : 0.0;
+  if (margin_m > 0.0) return markWithMargin(source, end, *ray, margin_m, true, share);
   markBeam(*ray, is_hit, share.marks);
 }
 
-void ScanUpdater::addOpenBeam(const BeamSource& source, const Eigen::Vector3f& end,
-                              Share& share) const {
+void ScanUpdater::addOpenBeam(const BeamSource& source, std::size_t index, Share& share) const {
+  const Eigen::Vector3f& end = source.scan.open_ends[index];
   bool is_cut = false;
   const auto ray = cutRay(source, end, is_cut, share);
   if (!ray) return;
   if (is_cut) return markBeam(*ray, false, share.marks);
-  if (ranges_.end_margin_m > 0.0) return markWithMargin(source, end, *ray, false, share);
+  const double margin_m = marginOf(source, source.scan.points.size() + index);
+  if (margin_m > 0.0) return markWithMargin(source, end, *ray, margin_m, false, share);
   markOpenBeam(*ray, share.marks);
 }
 
@@ -256,9 +265,9 @@ void ScanUpdater::addFreePoints(const RayOrigin& ray_origin,
   }
 }
 
-void ScanUpdater::addScan(const Scan& scan, bool by_columns, std::size_t part,
-                          std::size_t num_parts, Share& share) const {
-  const BeamSource source{scan, RayOrigin(grid_, scan.anchor_map, scan.origin)};
+void ScanUpdater::addScan(const Scan& scan, const float* margins_m, bool by_columns,
+                          std::size_t part, std::size_t num_parts, Share& share) const {
+  const BeamSource source{scan, RayOrigin(grid_, scan.anchor_map, scan.origin), margins_m};
   const RayOrigin& ray_origin = source.ray_origin;
   const std::size_t num_points =
       scan.points.size() + scan.no_returns.size() + scan.open_ends.size();
@@ -278,7 +287,7 @@ void ScanUpdater::addScan(const Scan& scan, bool by_columns, std::size_t part,
   }
   const std::size_t num_open = scan.open_ends.size();
   for (std::size_t i = num_open * part / num_parts; i < num_open * (part + 1) / num_parts; ++i) {
-    addOpenBeam(source, scan.open_ends[i], share);
+    addOpenBeam(source, i, share);
   }
 }
 
@@ -291,7 +300,7 @@ void ScanUpdater::Share::clear() {
 }
 
 bool ScanUpdater::usesColumns(const Scan& scan) const {
-  if (column_use_ == ColumnUse::kNever || ranges_.end_margin_m > 0.0) return false;
+  if (column_use_ == ColumnUse::kNever || hasMargins()) return false;
   const RayOrigin origin(grid_, scan.anchor_map, scan.origin);
   if (!origin.cell() || !isWithinSensorReach(*origin.cell(), first_origin_)) return false;
   if (column_use_ == ColumnUse::kAlways) return true;
@@ -319,6 +328,12 @@ const ScanUpdate& ScanUpdater::compute(const Scan* first, std::size_t count) {
     by_columns[i] = usesColumns(first[i]) ? 1 : 0;
     if (by_columns[i] != 0) addByColumns(first[i]);
   }
+  surfaces_.resize(ranges_.keep_surfaces ? count : 0,
+                   SurfaceMargins(grid_.resolution(), numThreads()));
+  std::vector<const float*> margins_m(count, nullptr);
+  for (std::size_t i = 0; i < surfaces_.size(); ++i) {
+    margins_m[i] = surfaces_[i].compute(first[i]).data();
+  }
   // Parts are small because in a cloud ordered by rings the beams of one half are several times as long.
   const std::size_t num_parts = kPartsPerThread * shares_.size();
   std::atomic<std::size_t> next_part{0};
@@ -326,7 +341,7 @@ const ScanUpdate& ScanUpdater::compute(const Scan* first, std::size_t count) {
     Share& share = shares_[i];
     for (std::size_t part = next_part++; part < num_parts; part = next_part++) {
       for (std::size_t scan = 0; scan < count; ++scan) {
-        addScan(first[scan], by_columns[scan] != 0, part, num_parts, share);
+        addScan(first[scan], margins_m[scan], by_columns[scan] != 0, part, num_parts, share);
       }
     }
     sortMarks(share);

@@ -223,6 +223,7 @@ TEST_F(RobotDescriptionTest, MayBeAFile) {
 NodeParameters makeParameters() {
   NodeParameters parameters;
   parameters.map.resolution_m = 0.1;
+  parameters.self_filter.keep_free = false;
   parameters.self_filter.boxes = {
       makeBoxPart("arm", makeBox({-0.25, -0.25, -0.25}, {0.25, 0.25, 0.25}))};
   loadRobotParts(parameters, kNoParameters);

@@ -17,7 +17,7 @@ std::vector<ParameterDeclaration> GroundStep::declare() {
   using S = SourceParameters;
   return {
       {"base_frame_id", "", frame({&P::octomap_server, &O::base_frame_id}, false),
-       "Frame of the robot with z = 0 on the ground. Only used with filter_ground."},
+       "Frame of the robot with z = 0 on the ground. Used by filter_ground and start_free."},
       {"filter_ground", "", boolean(&S::filter_ground),
        "true: points on the ground are no obstacles, but their beams clear space."},
       {"ground_filter/distance", "m",

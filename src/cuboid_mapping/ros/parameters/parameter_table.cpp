@@ -67,6 +67,10 @@ std::vector<ParameterDeclaration> declareSensorModel() {
        "Over this distance before its end, a beam makes only unknown voxels free. Beams along the "
        "ground or a wall then do not clear voxels that others have hit. 0: a beam clears all "
        "voxels up to its end, as in OctoMap."},
+      {"sensor_model/keep_surfaces", "", boolean(&S::keep_surfaces),
+       "true: beams do not clear the floors, stairs and tables that they graze, only what they "
+       "pass. Which surfaces these are follows from neighbouring beams. false: a beam clears all "
+       "voxels up to its end, as in OctoMap."},
       {"sensor_model/min_range", "m", number(&S::min_range_m, 0.0, kInfinity, 0.0),
        "Points closer to the sensor than this are ignored. 0 or -1: no limit."},
   };

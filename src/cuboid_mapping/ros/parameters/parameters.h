@@ -67,6 +67,7 @@ struct SourceParameters {
   SensorModelConfig sensor_model;
   double max_range_m = std::numeric_limits<double>::infinity();  ///< Beams are cut there.
   double end_margin_m = 0.0;                                     ///< See BeamRanges.
+  bool keep_surfaces = false;                                    ///< See BeamRanges.
   double min_range_m = 0.0;        ///< Nearer points are left out wholly; 0: none.
   double no_return_range_m = 0.0;  ///< Beams without return free space up to it; 0: skipped.
   NoReturnPoints no_return_points = NoReturnPoints::kRep117;  ///< Readings that count as no return.
@@ -198,7 +199,7 @@ struct SelfFilterParameters {
       robot_description;      ///< Name of a parameter with a URDF, or a .urdf file; empty: none.
   double padding_m = 0.05;    ///< Enlarges the shapes of the URDF.
   std::string ignored_links;  ///< Links of the URDF, separated by spaces.
-  bool keep_free = false;     ///< Whether each cloud makes the voxels of the robot free.
+  bool keep_free = true;      ///< Whether each cloud makes the voxels of the robot free.
   RobotParts parts;           ///< All parts, after readReferences().
 };
 
@@ -241,6 +242,7 @@ struct NodeParameters {
   KeepParameters keep;
   OctomapServerParameters octomap_server;
   RobotGridParameters robot_grid;
+  std::string start_free;  ///< See StartVolume; empty: none.
   SelfFilterParameters self_filter;
 };
 
