@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/history/pose_track.h"
 #include "cuboid_mapping/ros/conversions/points.h"
+#include "cuboid_mapping/ros/middleware/core_names.h"
 
 #include <geometry_msgs/Pose.h>
 #include <nav_msgs/Path.h>

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "cuboid_mapping/geometry/cell_box.h"
+#include "cuboid_mapping/ros/middleware/core_names.h"
 #include "cuboid_mapping/ros/middleware/latched_topic.h"
 
 #include <map_msgs/OccupancyGridUpdate.h>
