@@ -53,6 +53,18 @@ CellBox boxOfRow(const Grid& grid, const double* data, const std::string& name) 
 
 }  // namespace
 
+void requireRealNumbers(const py::handle& values) {
+  if (py::isinstance(values, py::module::import("numpy.ma").attr("MaskedArray"))) {
+    throw Error("an argument is a masked array: pass the values that are not masked, or fill it");
+  }
+  const auto array = py::array::ensure(values);
+  if (!array) return;
+  const char kind = array.dtype().kind();
+  if (std::string("biuf").find(kind) != std::string::npos) return;
+  throw Error("an argument has the dtype " + py::str(array.dtype()).cast<std::string>() +
+              ": its values must be real numbers");
+}
+
 std::vector<Eigen::Vector3d> toPoints(const Doubles& array, const char* name) {
   return copyPoints<double>(array, name);
 }

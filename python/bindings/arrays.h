@@ -21,12 +21,24 @@ namespace cuboid_map_python {
 
 namespace py = pybind11;
 
-/// Contiguous arrays of doubles or floats, or values that numpy converts to these.
-using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
-using Floats = py::array_t<float, py::array::c_style | py::array::forcecast>;
-
 /// Exception of the functions below, Python's ValueError. Its text names the argument, and the requirement.
 using Error = std::invalid_argument;
+
+/// Contiguous array of real numbers, or values that numpy converts to these. See requireRealNumbers().
+template <typename T>
+class Numbers : public py::array_t<T, py::array::c_style | py::array::forcecast> {
+ public:
+  using Base = py::array_t<T, py::array::c_style | py::array::forcecast>;
+  using Base::Base;
+  Numbers() = default;
+  explicit Numbers(Base&& base) : Base(std::move(base)) {}
+};
+using Doubles = Numbers<double>;
+using Floats = Numbers<float>;
+
+/// numpy would drop a mask and imaginary parts, and parse texts. @throws Error  for a masked array, and for values that
+/// are no real numbers.
+void requireRealNumbers(const py::handle& values);
 
 /// @param name  Name of the argument. @throws Error  unless the array is (n, 3), or empty.
 [[nodiscard]] std::vector<Eigen::Vector3d> toPoints(const Doubles& array, const char* name);
@@ -98,3 +110,28 @@ template <typename... FieldsT>
 }
 
 }  // namespace cuboid_map_python
+
+namespace pybind11::detail {
+
+/// Conversion of arguments to Numbers.
+template <typename NumbersT>
+struct NumbersCaster {
+  PYBIND11_TYPE_CASTER(NumbersT, handle_type_name<typename NumbersT::Base>::name);
+
+  bool load(handle source, bool convert) {
+    if (!convert && !NumbersT::Base::check_(source)) return false;
+    cuboid_map_python::requireRealNumbers(source);
+    value = NumbersT(NumbersT::Base::ensure(source));
+    return static_cast<bool>(value);
+  }
+  static handle cast(const NumbersT& source, return_value_policy /*policy*/, handle /*parent*/) {
+    return source.inc_ref();
+  }
+};
+
+template <>
+struct type_caster<cuboid_map_python::Doubles> : NumbersCaster<cuboid_map_python::Doubles> {};
+template <>
+struct type_caster<cuboid_map_python::Floats> : NumbersCaster<cuboid_map_python::Floats> {};
+
+}  // namespace pybind11::detail

@@ -140,6 +140,14 @@ def test_beams_without_return_are_found_in_an_organized_cloud():
     (dict(points=[], pose=np.full((4, 4), np.nan)), 'pose must be a rigid transform'),
     (dict(points=[], origin=(0, 0)), r'origin must have the shape \(3,\)'),
     (dict(points=[], origin=(0, np.inf, 0)), 'origin must be finite'),
+    (dict(points=np.ma.array([[1.0, 1.0, 1.0]], mask=[[True] * 3])), 'masked array'),
+    (dict(points=np.array([['1', '1', '1']])), 'the dtype <U1: its values must be real numbers'),
+    (dict(points=[['1', '1', '1']]), 'must be real numbers'),
+    (dict(points=np.ones((1, 3), complex)), 'complex128'),
+    (dict(points=np.array([[1.0, None, 1.0]])), 'object'),
+    (dict(points=np.zeros((1, 3), 'datetime64[s]')), 'datetime64'),
+    (dict(points=[], pose=np.ma.array(np.eye(4), mask=np.eye(4))), 'masked array'),
+    (dict(points=[], origin=('1', '2', '3')), 'must be real numbers'),
 ])
 def test_what_is_no_scan_is_refused(arguments, text):
     with pytest.raises(ValueError, match=text):
