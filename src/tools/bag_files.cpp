@@ -6,6 +6,7 @@
 #include <ros/serialization.h>
 #include <rosbag/view.h>
 #include <std_msgs/Header.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <cmath>
@@ -14,6 +15,22 @@
 
 namespace cuboid_mapping_ros {
 namespace {
+
+/// Raises the limit of open files for so many bags. @throws std::runtime_error if it cannot.
+void allowOpenFiles(std::size_t num_bags) {
+  constexpr std::size_t kOtherFiles = 64;
+  rlimit limit{};
+  const rlim_t wanted = num_bags + kOtherFiles;
+  if (getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur >= wanted) return;
+  limit.rlim_cur = std::min<rlim_t>(wanted, limit.rlim_max);
+  (void)setrlimit(RLIMIT_NOFILE, &limit);
+  if (limit.rlim_cur >= wanted) return;
+  throw std::runtime_error(cuboid_mapping::counted(num_bags, "bag") + " are more than the " +
+                           std::to_string(limit.rlim_max) +
+                           " files that may be open: raise the limit (ulimit -n " +
+                           std::to_string(wanted) +
+                           "), or map some of them at a time, and merge the maps with map_merge");
+}
 
 std::unique_ptr<rosbag::Bag> openBag(const std::string& file) {
   const std::string subject = "cannot read " + file + " as a rosbag: ";
@@ -41,6 +58,7 @@ std::string withSlash(const std::string& topic) {
 }
 
 BagFiles::BagFiles(const std::vector<std::string>& files) {
+  allowOpenFiles(files.size());
   for (const std::string& file : files) {
     bags_.emplace_back();
     bags_.back().bag = openBag(file);

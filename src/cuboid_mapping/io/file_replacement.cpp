@@ -7,9 +7,13 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <climits>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
+#include <sstream>
 #include <system_error>
 #include <utility>
 
@@ -99,6 +103,28 @@ std::string targetOf(const std::string& file) {
   fail("cannot write", file, ELOOP);
 }
 
+/// Whether a file system, or another file, is mounted at a path. Renaming would fail, at the end of the work.
+bool isMountPoint(const std::string& path) {
+  std::error_code error;
+  const std::string real = fs::canonical(path, error).string();
+  std::ifstream mounts("/proc/self/mountinfo");
+  for (std::string line; std::getline(mounts, line);) {
+    std::istringstream words(line);
+    std::string place;
+    for (int field = 0; field < 5; ++field) words >> place;  // The fifth one.
+    std::string plain;
+    for (std::size_t i = 0; i < place.size(); ++i) {
+      const bool is_octal = place[i] == '\\' && i + 3 < place.size();  // Such as \040 for a space.
+      plain += is_octal
+                   ? static_cast<char>(std::strtol(place.substr(i + 1, 3).c_str(), nullptr, 8))
+                   : place[i];
+      i += is_octal ? 3 : 0;
+    }
+    if (plain == real) return true;
+  }
+  return false;
+}
+
 /// A file that will be replaced, and the temporary file beside it.
 struct Replacement {
   std::string target;
@@ -111,8 +137,21 @@ Replacement replacementOf(const std::string& file) {
   const std::string target = targetOf(file);
   struct stat status {};
   // If stat() fails, writing fails, too, and reports it.
-  if (::stat(target.c_str(), &status) == 0) requireRegular(status, "cannot write", file);
-  return {target, target + ".partial"};
+  if (::stat(target.c_str(), &status) == 0) {
+    requireRegular(status, "cannot write", file);
+    if (isMountPoint(target)) {
+      throw MapFileError(MapFileDefect::kInaccessible,
+                         "cannot write " + file +
+                             ": it is mounted as a single file, which cannot be replaced: mount its "
+                             "folder instead");
+    }
+  }
+  constexpr char kEnding[] = ".partial";
+  constexpr std::size_t kLongestName = NAME_MAX + 1 - sizeof(kEnding);
+  const fs::path path = target;
+  const std::string name = path.filename().string();
+  if (name.size() <= kLongestName || name.size() > NAME_MAX) return {target, target + kEnding};
+  return {target, (path.parent_path() / (name.substr(0, kLongestName) + kEnding)).string()};
 }
 
 }  // namespace
