@@ -245,5 +245,22 @@ TEST(ObservationOrder, asksForGapsUntilTheRobotHasAnswered) {
   EXPECT_TRUE(order.findQuestions(2.2).empty()) << "restarted: the old session cannot be asked";
 }
 
+TEST(ObservationOrder, followsARobotThatRestartsWithAnOlderClock) {
+  ObservationOrder order(3.0);
+  for (std::uint64_t i = 1; i <= 5; ++i) {
+    order.put(makeObservation("a", i, 1000.0 + static_cast<double>(i), 1000000), 100.0);
+  }
+  EXPECT_EQ(order.takeDue(110.0).size(), 5U);
+  for (const std::uint64_t i : {1U, 2U, 4U, 5U}) {
+    order.put(makeObservation("a", i, 500.0 + static_cast<double>(i), 500000), 110.0);
+  }
+  const auto questions = order.findQuestions(110.5);
+  ASSERT_EQ(questions.size(), 1U);
+  EXPECT_EQ(questions[0].session, 500000U);
+  EXPECT_EQ(questions[0].first, 3U);
+  EXPECT_EQ(order.takeDue(120.0).size(), 4U);
+  EXPECT_EQ(order.counts().num_late, 0U);
+}
+
 }  // namespace
 }  // namespace cuboid_mapping

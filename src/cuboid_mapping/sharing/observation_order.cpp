@@ -58,20 +58,25 @@ bool SequenceSet::setRuns(const std::map<std::uint64_t, std::uint64_t>& runs) {
 }
 
 bool ObservationOrder::put(RobotObservation observation, double now_s) {
-  Session& session = sessions_[{observation.robot, observation.session}];
+  const auto [found, is_new] = sessions_.try_emplace({observation.robot, observation.session});
+  Session& session = found->second;
+  if (is_new && last_session_.count(observation.robot) > 0) {
+    const auto delay_ns = static_cast<std::int64_t>(1e9 * delay_s_);
+    const std::int64_t late_ns = newest_stamp_ns_ - observation.stamp_ns;
+    if (late_ns > delay_ns) session.offset_ns = late_ns + 1;
+  }
   if (!session.received.add(observation.sequence)) {
     ++counts_.num_repeated;
     return false;
   }
   session.last_received_s = now_s;
   session.left_out = std::max(session.left_out, observation.left_out);
-  std::uint64_t& newest_session = newest_session_[observation.robot];
-  newest_session = std::max(newest_session, observation.session);
-  newest_stamp_ns_ = counts_.num_received == 0 ? observation.stamp_ns
-                                               : std::max(newest_stamp_ns_, observation.stamp_ns);
+  last_session_[observation.robot] = observation.session;
+  const std::int64_t stamp_ns = observation.stamp_ns + session.offset_ns;
+  newest_stamp_ns_ = counts_.num_received == 0 ? stamp_ns : std::max(newest_stamp_ns_, stamp_ns);
   last_received_s_ = now_s;
   ++counts_.num_received;
-  const Key key{observation.stamp_ns, observation.robot, observation.session, observation.sequence};
+  const Key key{stamp_ns, observation.robot, observation.session, observation.sequence};
   waiting_.emplace(key, std::move(observation));
   return true;
 }
@@ -99,7 +104,7 @@ std::vector<RobotObservation> ObservationOrder::takeDue(double now_s) {
 std::vector<ObservationQuestion> ObservationOrder::findQuestions(double now_s) const {
   std::vector<ObservationQuestion> questions;
   for (const auto& [name, session] : sessions_) {
-    if (newest_session_.at(name.first) != name.second) continue;
+    if (last_session_.at(name.first) != name.second) continue;
     const std::uint64_t first = session.received.firstMissing(session.asked_to);
     const bool is_gap = first < session.received.newest();
     if (is_gap || behind_.count(name) > 0 || now_s - session.last_received_s >= kSilence_s) {
@@ -138,14 +143,14 @@ void ObservationOrder::start(const MergeProgress& progress, double now_s) {
   has_given_ = true;
   last_received_s_ = now_s;
   for (const MergeProgress::Session& session : progress.sessions) {
-    sessions_[{session.robot, session.session}] = {session.applied, session.applied,
-                                                   session.left_out, 0, now_s};
-    std::uint64_t& newest_session = newest_session_[session.robot];
-    newest_session = std::max(newest_session, session.session);
+    sessions_[{session.robot, session.session}] = {
+        session.applied, session.applied, session.left_out, 0, now_s, 0};
+    std::uint64_t& last_session = last_session_[session.robot];
+    last_session = std::max(last_session, session.session);
     counts_.num_received += session.applied.count();
   }
   start_s_ = now_s;
-  behind_.insert(newest_session_.begin(), newest_session_.end());
+  behind_.insert(last_session_.begin(), last_session_.end());
 }
 
 MergeCounts ObservationOrder::counts() const {

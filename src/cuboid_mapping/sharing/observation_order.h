@@ -81,8 +81,8 @@ struct MergeCounts {
 ///
 /// An observation is released when another with a stamp `delay` later has arrived, or when none has arrived for
 /// `delay`. So observations with stamps within `delay` of the newest one are released in order, whatever their
-/// order of arrival; an older one is released at once, and counted as late. Times come from any clock that does
-/// not jump. Not thread-safe.
+/// order of arrival; an older one is released at once, and counted as late. A robot that restarts with an older
+/// clock goes on at the newest stamp. Times come from any clock that does not jump. Not thread-safe.
 class ObservationOrder {
  public:
   explicit ObservationOrder(double delay_s) : delay_s_(delay_s) {}
@@ -119,6 +119,7 @@ class ObservationOrder {
     std::uint64_t left_out = 0;
     std::uint64_t asked_to = 0;  ///< Observations missing up to here are lost for good.
     double last_received_s = 0.0;
+    std::int64_t offset_ns = 0;  ///< Time by which its robot has set back its clock, at a restart.
   };
 
   double delay_s_;
@@ -127,7 +128,7 @@ class ObservationOrder {
   std::set<std::pair<std::string, std::uint64_t>> behind_;  ///< With more to send since start().
   double start_s_ = 0.0;
   std::map<std::string, std::uint64_t>
-      newest_session_;  ///< Newest session by robot: others cannot be requested.
+      last_session_;  ///< Session heard last, by robot: others cannot be requested.
   Key last_given_;
   bool has_given_ = false;
   std::int64_t newest_stamp_ns_ = 0;
