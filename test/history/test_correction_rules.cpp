@@ -63,6 +63,27 @@ TEST(CorrectionRule, leavesCloudsWithinTheTolerance) {
                std::invalid_argument);
 }
 
+/// Between poses that are far apart in time, clouds move as the body does at these, and stay on their way.
+TEST(CorrectionRule, doesNotInterpolatePosesAcrossAGap) {
+  constexpr std::int64_t kPeriodNs = 100000000;
+  MapHistory history(MapConfig{}, 0.02, HistoryLimits{});
+  const Eigen::Isometry3d motion(Eigen::Translation3d(0.0, 0.0, 0.5));
+  std::vector<StampedPose> poses;
+  for (std::int64_t i = 0; i < 20; ++i) {
+    KeptCloud cloud;
+    cloud.stamp_ns = kPeriodNs * (i + 1);
+    cloud.T_map_body = Eigen::AngleAxisd(0.1 * static_cast<double>(i), Eigen::Vector3d::UnitZ()) *
+                       Eigen::Translation3d(5.0, 0.0, 0.0);
+    cloud.scans_body = {Scan()};
+    history.add(cloud, {});
+    if (i < 5 || i >= 15) poses.push_back({cloud.stamp_ns, motion * cloud.T_map_body});
+  }
+  const PoseTrack track(poses, 0.15);
+  EXPECT_NEAR(history.correct(track).maxShift_m(), 0.5, 1e-6);
+  EXPECT_NEAR(history.findShift_m(track, kShiftDistance_m), 0.5, 1e-6);
+  EXPECT_GT(history.correct(PoseTrack(poses)).maxShift_m(), 0.7) << "on the chord of the curve";
+}
+
 /// Edits and locks move with the cloud before them; a second correction starts from their new places.
 TEST(CorrectionRule, movesEditsAlong) {
   int num_locked = 0;

@@ -159,6 +159,24 @@ TEST(MapHistory, isAsBeforeWhenACorrectionIsGivenUp) {
   EXPECT_EQ(voxelsOf(takeSnapshot(correction.map(), "").bricks), voxelsOf(expected.bricks));
 }
 
+/// Neither one leading stamp nor the clock of another sensor makes clouds old.
+TEST(MapHistory, keepsWhatIsYoungBySensor) {
+  HistoryLimits limits;
+  limits.max_age_s = 10.0;
+  MapHistory history(MapConfig{}, 0.02, limits);
+  constexpr std::int64_t kSecond = 1000000000;
+  for (std::int64_t i = 0; i < 40; ++i) {
+    KeptCloud cloud;
+    cloud.scans_body = {Scan()};
+    cloud.stamp_ns = 1600000000 * kSecond + i * kSecond / 10 + (i == 30 ? 48 * kSecond : 0);
+    history.add(cloud, {});
+    cloud.source = 1;
+    cloud.stamp_ns -= 1200 * kSecond;
+    history.add(cloud, {});
+  }
+  EXPECT_EQ(history.figures().num_clouds, 80U);
+}
+
 TEST(MapHistory, beginsWithAMapThatStays) {
   Drive drive(15, 1);
   for (int i = 0; i < 10; ++i) drive.go();

@@ -61,5 +61,18 @@ TEST(PoseTrack, refusesPosesThatAreNoneAndSaysWhich) {
   EXPECT_NE(refusalOf({stretched}).find("no rotation"), std::string::npos) << "a mirror";
 }
 
+TEST(PoseTrack, hasGapsWherePosesAreTooFarApart) {
+  const auto s = [](double stamp_s) { return static_cast<std::int64_t>(1e9 * stamp_s); };
+  const std::vector<StampedPose> poses{poseAt(s(1), 0, 0), poseAt(s(2), 0, 0), poseAt(s(4), 0, 0)};
+  const PoseTrack track(poses, 1.0);
+  for (const double stamp_s : {0.5, 1.0, 1.5, 2.0, 4.0, 5.0})
+    EXPECT_FALSE(track.findGap(s(stamp_s)));
+  ASSERT_TRUE(track.findGap(s(3.9)));
+  EXPECT_EQ(track.findGap(s(3.9))->begin_ns, s(2));
+  EXPECT_EQ(track.findGap(s(3.9))->end_ns, s(4));
+  EXPECT_EQ(track.gaps().size(), 1U);
+  EXPECT_TRUE(PoseTrack(poses).gaps().empty());
+}
+
 }  // namespace
 }  // namespace cuboid_mapping

@@ -32,12 +32,13 @@ struct KeptCloud {
   /// Scans in the frame of the body, with anchors of 0 and rounded, see roundScan(). A sweep measured on the
   /// move has one scan for each slice, relative to the body at the stamp.
   std::vector<Scan> scans_body;
+  std::size_t source = 0;  ///< Number of its sensor; each has a clock of its own.
 };
 
 /// Limits of a MapHistory. Beyond them, clouds become fixed.
 struct HistoryLimits {
   std::uint64_t max_bytes = std::uint64_t{1} << 30;  ///< Limit of the packed clouds.
-  double max_age_s = 1e9;  ///< Maximum age of a cloud, by the stamp of the newest one.
+  double max_age_s = 1e9;  ///< Maximum age of a cloud, relative to the newest one.
 };
 
 /// Amounts in a MapHistory.

@@ -74,7 +74,8 @@ Eigen::Isometry3d MapCorrection::Implementation::newPose(const StampedPose& old)
   const bool is_inside = track.covers(old.stamp_ns);
   if (!is_inside && rule.outside == OutsidePoses::kStay) return old.T_map_body;
   const Eigen::Isometry3d T_map_new =
-      is_inside ? track.at(old.stamp_ns)
+      is_inside ? (track.findGap(old.stamp_ns) ? gap_motions->at(old.stamp_ns) * old.T_map_body
+                                               : track.at(old.stamp_ns))
                 : (old.stamp_ns < track.begin_ns() ? T_new_first : T_new_last) * old.T_map_body;
   const bool is_tolerated =
       rule.tolerance_m > 0.0 &&

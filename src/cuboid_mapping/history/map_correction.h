@@ -21,6 +21,7 @@ namespace cuboid_mapping {
 struct HistoryEvent {
   std::shared_ptr<const ObservationConfig> config;  ///< Null for an edit.
   StampedPose pose;
+  std::int64_t time_ns = 0;  ///< By the StampClock.
   std::size_t num_bytes = 0;
   std::size_t num_points = 0;
   double reach_m = 0.0;  ///< Greatest distance of a point from the body.
@@ -80,6 +81,8 @@ struct MapCorrection::Implementation {
   Eigen::Isometry3d T_new_first = Eigen::Isometry3d::Identity();
   Eigen::Isometry3d T_new_last = Eigen::Isometry3d::Identity();
   ///@}
+  /// Motions at the ends of the gaps of the track: between them, the motion is interpolated, not the pose.
+  std::optional<PoseTrack> gap_motions;
   Eigen::Isometry3d motion =
       Eigen::Isometry3d::Identity();  ///< Motion of the last cloud; at first, of the first cloud.
   std::map<std::size_t, HistoryEvent> moved_edits;  ///< Edits by their index among the events.

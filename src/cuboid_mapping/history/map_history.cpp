@@ -4,12 +4,13 @@
 #include "cuboid_mapping/history/cloud_replay.h"
 #include "cuboid_mapping/history/kept_clouds.h"
 #include "cuboid_mapping/history/map_correction.h"
+#include "cuboid_mapping/history/stamp_clock.h"
 #include "cuboid_mapping/map/locked_boxes.h"
 
 #include <algorithm>
 #include <deque>
 #include <iomanip>
-#include <limits>
+#include <map>
 #include <mutex>
 #include <sstream>
 #include <stdexcept>
@@ -35,6 +36,20 @@ Eigen::Isometry3d findMotion(const PoseTrack& old, const PoseTrack& poses, std::
   const Eigen::Isometry3d T_map_new = poses.at(stamp_ns);
   if (T_map_new.matrix() == T_map_old.matrix()) return Eigen::Isometry3d::Identity();
   return T_map_new * T_map_old.inverse();
+}
+
+/// Motions at both ends of each gap of the new poses; nothing without gaps.
+std::optional<PoseTrack> findGapMotions(const PoseTrack& old, const PoseTrack& poses) {
+  std::map<std::int64_t, Eigen::Isometry3d> motions;
+  for (const PoseTrack::Gap& gap : poses.gaps()) {
+    for (const std::int64_t stamp_ns : {gap.begin_ns, gap.end_ns}) {
+      motions[stamp_ns] = findMotion(old, poses, stamp_ns);
+    }
+  }
+  if (motions.empty()) return std::nullopt;
+  std::vector<StampedPose> stamped;
+  for (const auto& [stamp_ns, motion] : motions) stamped.push_back({stamp_ns, motion});
+  return PoseTrack(std::move(stamped));
 }
 
 /// Share of moved clouds above which the whole map is rebuilt.
@@ -75,18 +90,18 @@ struct MapHistory::Implementation {
   }
 
   /// Adds a cloud and its scans, then keeps to the limits. Where it throws, the cloud is not there.
-  void addCloud(HistoryEvent event, const std::vector<Scan>& scans_body) {
+  void addCloud(HistoryEvent event, const std::vector<Scan>& scans_body, std::size_t source) {
     clouds.removeBefore(first);  // Those that became fixed.
-    const std::int64_t newest_before_ns = newest_ns;
+    const StampClock clock_before = clock;
     event.num_bytes = clouds.add(first + events.size(), scans_body);
     append(std::move(event));
-    newest_ns = std::max(newest_ns, events.back().pose.stamp_ns);
+    events.back().time_ns = clock.note(events.back().pose.stamp_ns, source);
     try {
       while (hold.use_count() == 1 && !events.empty() && isOverLimits()) fixOldest();
     } catch (...) {
       count(events.back(), false);
       events.pop_back();
-      newest_ns = newest_before_ns;
+      clock = clock_before;
       throw;
     }
   }
@@ -122,7 +137,7 @@ struct MapHistory::Implementation {
     if (num_bytes > limits.max_bytes) return true;
     const auto oldest = findFirstCloud();
     if (oldest == events.end()) return false;
-    return 1e-9 * static_cast<double>(newest_ns - oldest->pose.stamp_ns) > limits.max_age_s;
+    return 1e-9 * static_cast<double>(clock.now_ns() - oldest->time_ns) > limits.max_age_s;
   }
 
   /// Puts the oldest event into the initial map. Where it throws, the event is not in it.
@@ -239,7 +254,7 @@ struct MapHistory::Implementation {
   CloudReplay fixing{base};
   std::vector<CellBox> locked;  ///< Locks after the last edit.
   std::uint64_t start = 0;      ///< Number of calls of restart().
-  std::int64_t newest_ns = std::numeric_limits<std::int64_t>::min();
+  StampClock clock;
   std::size_t num_clouds = 0;
   std::uint64_t num_bytes = 0;
   std::uint64_t num_points = 0;
@@ -267,7 +282,7 @@ void MapHistory::restart(const CuboidMap& map) {
   own.num_clouds = 0;
   own.num_bytes = 0;
   own.num_points = 0;
-  own.newest_ns = std::numeric_limits<std::int64_t>::min();
+  own.clock = StampClock();
   own.base = std::move(base);
   own.locked = std::move(locked);
   ++own.start;
@@ -280,7 +295,7 @@ void MapHistory::add(const KeptCloud& cloud, const ObservationConfig& config) {
   event.config = own.share(config);
   event.pose = {cloud.stamp_ns, cloud.T_map_body};
   event.measure(cloud.scans_body);
-  own.addCloud(std::move(event), cloud.scans_body);
+  own.addCloud(std::move(event), cloud.scans_body, cloud.source);
 }
 
 void MapHistory::addEdit(const CellBox& box, const CuboidMap& map, const CellBox& whole) {
@@ -320,7 +335,7 @@ double MapHistory::findShift_m(const PoseTrack& poses, double distance_m) const 
   double shift_m = 0.0;
   for (const HistoryEvent& event : implementation_->events) {
     const StampedPose& old = event.pose;
-    if (!event.isCloud() || !poses.covers(old.stamp_ns)) continue;
+    if (!event.isCloud() || !poses.covers(old.stamp_ns) || poses.findGap(old.stamp_ns)) continue;
     shift_m = std::max(
         shift_m, cuboid_mapping::findShift_m(old.T_map_body, poses.at(old.stamp_ns), distance_m));
   }
@@ -347,6 +362,7 @@ MapCorrection MapHistory::begin(const PoseTrack& poses, const CorrectionRule& ru
   auto made = std::make_unique<MapCorrection::Implementation>(poses, rule, own.base.config());
   made->T_new_first = findMotion(old, poses, poses.begin_ns());
   made->T_new_last = findMotion(old, poses, poses.end_ns());
+  made->gap_motions = findGapMotions(old, poses);
   made->start = own.start;
   made->hold = own.hold;
   if (own.prepareMotion(*made) && current != nullptr) made->current = takeSnapshot(*current, "");

@@ -41,7 +41,8 @@ bool isEarlier(const StampedPose& a, const StampedPose& b) { return a.stamp_ns <
 
 }  // namespace
 
-PoseTrack::PoseTrack(std::vector<StampedPose> poses) : poses_(std::move(poses)) {
+PoseTrack::PoseTrack(std::vector<StampedPose> poses, double max_gap_s)
+    : poses_(std::move(poses)), max_gap_s_(max_gap_s) {
   if (poses_.empty()) throw std::invalid_argument("there are no poses: give one at least");
   for (StampedPose& pose : poses_) {
     check(pose);
@@ -53,6 +54,23 @@ PoseTrack::PoseTrack(std::vector<StampedPose> poses) : poses_(std::move(poses)) 
       poses_.begin(), poses_.end(),
       [](const StampedPose& a, const StampedPose& b) { return a.stamp_ns == b.stamp_ns; });
   if (twin != poses_.end()) refuse(*twin, "is there twice: give one pose for each stamp");
+}
+
+std::optional<PoseTrack::Gap> PoseTrack::findGap(std::int64_t stamp_ns) const {
+  const auto after =
+      std::lower_bound(poses_.begin(), poses_.end(), StampedPose{stamp_ns, {}}, isEarlier);
+  if (after == poses_.begin() || after == poses_.end() || after->stamp_ns == stamp_ns) return {};
+  const StampedPose& first = *std::prev(after);
+  return isGap(first, *after) ? std::make_optional(Gap{first.stamp_ns, after->stamp_ns})
+                              : std::nullopt;
+}
+
+std::vector<PoseTrack::Gap> PoseTrack::gaps() const {
+  std::vector<Gap> gaps;
+  for (std::size_t i = 0; i + 1 < poses_.size(); ++i) {
+    if (isGap(poses_[i], poses_[i + 1])) gaps.push_back({poses_[i].stamp_ns, poses_[i + 1].stamp_ns});
+  }
+  return gaps;
 }
 
 Eigen::Isometry3d PoseTrack::at(std::int64_t stamp_ns) const {

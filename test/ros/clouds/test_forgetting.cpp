@@ -28,8 +28,12 @@ NodeParameters makeParameters(double after_s, Forget forgotten = Forget::kAll) {
 /// A map that forgets after 10 s.
 class ForgettingTest : public ::testing::Test {
  protected:
-  /// A cloud that hits all voxels of some bricks.
+  /// A cloud that hits all voxels of some bricks, whose stamp an empty cloud before it confirms.
   void see(double stamp_s, const std::vector<int>& bricks, std::size_t source = 0) {
+    forgetting_.note({}, ros::Time(stamp_s), source);
+    seeOnce(stamp_s, bricks, source);
+  }
+  void seeOnce(double stamp_s, const std::vector<int>& bricks, std::size_t source = 0) {
     cuboid_mapping::ScanUpdate update;
     for (const int brick : bricks) {
       update.bricks.emplace_back();
@@ -188,8 +192,43 @@ TEST_F(ForgettingTest, EachSourceRemembersForATimeOfItsOwn) {
   see(500.0, {0}, 1);
   see(509.0, {0}, 0);
   EXPECT_EQ(known(), (Bricks{0, 1, 2, 4}));
-  see(511.5, {0}, 0);
+  see(519.5, {0}, 0);
   EXPECT_EQ(known(), (Bricks{0, 2, 4})) << "after a jump back all have as long as they had";
+}
+
+TEST_F(ForgettingTest, OneStampThatLeadsTheOthersForgetsNothing) {
+  for (const double leading_s : {4.0, 48.0, 3600.0, 1e9}) {
+    map_.clear();
+    forgetting_ = Forgetting(makeParameters(10.0));
+    seeOnce(1000.0, {0, 1});
+    seeOnce(1000.5, {2});
+    seeOnce(1000.6 + leading_s, {2});
+    seeOnce(1000.7, {2});
+    seeOnce(1000.8, {3});
+    EXPECT_EQ(known(), (Bricks{0, 1, 2, 3})) << leading_s;
+    for (double stamp_s = 1001.5; stamp_s < 1011.5; stamp_s += 1.0) seeOnce(stamp_s, {3});
+    EXPECT_EQ(known(), (Bricks{2, 3})) << "and remembers nothing for longer";
+  }
+}
+
+TEST_F(ForgettingTest, AStepOfTheStampsCountsOnceItIsConfirmed) {
+  seeOnce(1000.0, {0, 1});
+  seeOnce(1060.0, {1});
+  EXPECT_EQ(known(), (Bricks{0, 1}));
+  seeOnce(1060.1, {2});
+  EXPECT_EQ(known(), (Bricks{1, 2})) << "block 1 was seen at 1060 s";
+}
+
+TEST_F(ForgettingTest, SourcesMayHaveClocksOfTheirOwn) {
+  NodeParameters parameters;
+  parameters.sources.resize(2, makeParameters(10.0).source);
+  forgetting_ = Forgetting(parameters);
+  for (int i = 0; i < 30; ++i) {
+    seeOnce(5000.0 + 0.5 * i, {0}, 0);
+    seeOnce(3800.0 + 0.5 * i, {i < 5 ? 1 : 2}, 1);
+    EXPECT_TRUE(map_.voxels().at(cellOf(0)) == Occupancy::kOccupied) << i;
+  }
+  EXPECT_EQ(known(), (Bricks{0, 2})) << "block 1 was seen 12 s before";
 }
 
 TEST_F(ForgettingTest, VoxelsMayKeepTheirClassAsIfSeenOnce) {

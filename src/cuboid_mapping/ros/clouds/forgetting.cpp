@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/clouds/forgetting.h"
 
+#include "cuboid_mapping/map/locked_boxes.h"
+
 #include <algorithm>
 #include <limits>
-#include "cuboid_mapping/map/locked_boxes.h"
+#include <utility>
 
 namespace cuboid_mapping_ros {
 namespace {
 
 /// Bricks forgotten at a time: some milliseconds.
 constexpr std::size_t kForgetBricks = 1000;
-constexpr auto kForEver = std::numeric_limits<std::uint64_t>::max();
+constexpr auto kForEver = std::numeric_limits<std::int64_t>::max();
 
 BrickMask voxelsOf(const PackedVoxels& voxels, Forget forget) {
   switch (forget) {
@@ -56,35 +58,40 @@ Forgetting::Forgetting(const NodeParameters& parameters) : forget_(parameters.fo
     times_ns_.push_back(time_ns);
     if (time_ns > 0 && (!isOn() || time_ns < shortest_ns_)) shortest_ns_ = time_ns;
   }
+  doubted_.resize(times_ns_.size());
 }
 
 void Forgetting::note(const ScanUpdate& update, const ros::Time& stamp, std::size_t source) {
   if (!isOn() || stamp.isZero()) return;
-  const Time now = stamp.toNSec();
-  if (now + shortest_ns_ < now_) jumpBack(now);
-  now_ = now;
-  const Time time_ns = times_ns_.at(source);
-  const Time until = time_ns == 0 ? kForEver : now + time_ns;
-  for (const BrickUpdate& brick : update.bricks) {
-    Time& remembered = remembered_[brick.brick];
-    remembered = std::max(remembered, until);
-  }
+  const Time time = clock_.note(static_cast<Time>(stamp.toNSec()), source);
+  std::vector<Cell> bricks;
+  for (const BrickUpdate& brick : update.bricks) bricks.push_back(brick.brick);
+  std::vector<Cell>& doubted = doubted_.at(source);
+  remember(doubted, source, time);
+  remember(bricks, source, time);
+  doubted = clock_.isBelieved(source) ? std::vector<Cell>() : std::move(bricks);
   findDue();
 }
 
-void Forgetting::jumpBack(Time to) {
-  for (auto& [brick, until] : remembered_) {
-    if (until != kForEver) until = to + (std::max(until, now_) - now_);
+void Forgetting::remember(const std::vector<Cell>& bricks, std::size_t source, Time time) {
+  const Time time_ns = times_ns_.at(source);
+  const Time until = time_ns == 0 ? kForEver : time + time_ns;
+  for (const Cell& brick : bricks) {
+    Time& remembered = remembered_[brick];
+    remembered = std::max(remembered, until);
   }
-  last_sweep_ = to;
 }
 
 void Forgetting::findDue() {
-  if (now_ <= last_sweep_ + shortest_ns_ / 10) return;
-  for (const auto& [brick, until] : remembered_) {
-    if (until < now_) due_.push_back(brick);
+  const Time now = clock_.now_ns();
+  if (now <= last_sweep_ + shortest_ns_ / 10) return;
+  for (std::size_t source = 0; source < doubted_.size(); ++source) {
+    remember(doubted_[source], source, now);
   }
-  last_sweep_ = now_;
+  for (const auto& [brick, until] : remembered_) {
+    if (until < now) due_.push_back(brick);
+  }
+  last_sweep_ = now;
 }
 
 ChangeSet Forgetting::forgetSome(CuboidMap& map) {
@@ -92,7 +99,7 @@ ChangeSet Forgetting::forgetSome(CuboidMap& map) {
   changes.revision = map.revision();
   for (std::size_t count = 0; count < kForgetBricks && hasDue(); ++count, due_.pop_back()) {
     const auto remembered = remembered_.find(due_.back());
-    if (remembered == remembered_.end() || now_ <= remembered->second) continue;
+    if (remembered == remembered_.end() || clock_.now_ns() <= remembered->second) continue;
     const ChangeSet change = forgetBrick(due_.back(), forget_, map);
     changes.bricks.insert(changes.bricks.end(), change.bricks.begin(), change.bricks.end());
     changes.is_everything = changes.is_everything || change.is_everything;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "cuboid_mapping/geometry/voxel_motion.h"
+#include "cuboid_mapping/history/stamp_clock.h"
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
 
@@ -23,8 +24,7 @@ namespace cuboid_mapping_ros {
 ///
 /// Time is kept per brick of 8 x 8 x 8 voxels: a brick is seen as long as a beam passes or hits any of its
 /// voxels. Locked voxels stay, and so do voxels that no cloud has seen, such as those of a file or a service.
-/// When stamps jump back by more than the shortest time, remaining times stay as long as they were. Not
-/// thread-safe.
+/// Stamps that lead the others, and sources with clocks of their own, see StampClock. Not thread-safe.
 class Forgetting {
  public:
   /// @param parameters  With those of the sources. If no source forgets, note() does nothing.
@@ -49,17 +49,19 @@ class Forgetting {
   [[nodiscard]] Forgetting moved(const VoxelMotion& motion) const;
 
  private:
-  /// Time in nanoseconds, as in stamps.
-  using Time = std::uint64_t;
+  /// Time of the clock in nanoseconds.
+  using Time = std::int64_t;
 
-  void jumpBack(Time to);
+  void remember(const std::vector<Cell>& bricks, std::size_t source, Time time);
   void findDue();
 
   Forget forget_;
   std::vector<Time> times_ns_;  ///< Values of forget_after for each source; 0: for ever.
   Time shortest_ns_ = 0;
-  Time now_ = 0;  ///< Stamp of the last cloud.
+  StampClock clock_;
   Time last_sweep_ = 0;
+  std::vector<std::vector<Cell>>
+      doubted_;  ///< Bricks of the last cloud of each source, if its stamp is not believed.
   /// Last time at which a brick is remembered, by its least cell.
   std::unordered_map<Cell, Time, CellHash> remembered_;
   std::vector<Cell> due_;  ///< Bricks to forget, unless they were seen since.

@@ -81,7 +81,7 @@ PoseTrack PoseCorrections::readPath(const nav_msgs::Path& path) const {
                                 "': give poses in the frame of the map, or set frame_id to that of "
                                 "the path");
   }
-  return PoseTrack(tidyPoses(toStampedPoses(path)));
+  return PoseTrack(tidyPoses(toStampedPoses(path)), host_.parameters.tf_gap_s);
 }
 
 void PoseCorrections::correct(const nav_msgs::Path& path, const CorrectionRule& rule,
