@@ -156,6 +156,7 @@ endif()
 # Data sets of scans, and clouds as maps: PCL reads .pcd, OctoMap .graph.
 if(PCL_FOUND AND octomap_FOUND)
   cuboid_mapping_add_part(scans
+    cuboid_mapping/io/bin_scans.cpp
     cuboid_mapping/io/pcd_file.cpp
     cuboid_mapping/io/point_cloud_map.cpp
     cuboid_mapping/io/scan_dataset.cpp)

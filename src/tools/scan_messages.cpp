@@ -10,9 +10,10 @@ bool ScanFolders::isOne(const std::string& path) {
   return fs::is_directory(path) || fs::path(path).extension() == ".graph";
 }
 
-ScanFolders::ScanFolders(const std::vector<std::string>& paths) {
+ScanFolders::ScanFolders(const std::vector<std::string>& paths,
+                         const cuboid_mapping::BinRow& bin_row) {
   for (const std::string& path : paths) {
-    datasets_.push_back(cuboid_mapping::openScanDataset(path));
+    datasets_.push_back(cuboid_mapping::openScanDataset(path, bin_row));
     size_ += datasets_.back()->size();
   }
 }

@@ -28,7 +28,8 @@ class ScanFolders {
   [[nodiscard]] static bool isOne(const std::string& path);
 
   /// @throws As openScanDataset().
-  explicit ScanFolders(const std::vector<std::string>& paths);
+  explicit ScanFolders(const std::vector<std::string>& paths,
+                       const cuboid_mapping::BinRow& bin_row = {});
 
   /// Number of scans in all data sets.
   [[nodiscard]] std::size_t size() const { return size_; }

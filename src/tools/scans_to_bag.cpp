@@ -26,6 +26,7 @@ using cuboid_mapping::ScanDataset;
 struct Options {
   std::string dataset;
   std::string bag;
+  std::string bin_row;
   double rate_hz = kScanRate_hz;
   ScanNames names;
   std::size_t max_clouds = std::numeric_limits<std::size_t>::max();
@@ -52,7 +53,8 @@ void checkOptions(const Options& options) {
 
 int convert(const Options& options) {
   checkOptions(options);
-  const std::unique_ptr<ScanDataset> dataset = cuboid_mapping::openScanDataset(options.dataset);
+  const std::unique_ptr<ScanDataset> dataset = cuboid_mapping::openScanDataset(
+      options.dataset, cuboid_mapping::parseBinRow(options.bin_row));
   const std::uint64_t count = std::min<std::uint64_t>(options.max_clouds, dataset->size());
   std::uint64_t num_points = 0;
   BagOutput bag(options.bag);
@@ -92,6 +94,7 @@ int run(int argc, char** argv) {
   line.addText("map-frame", options.names.map_frame, "parent frame of tf");
   line.addText("sensor-frame", options.names.sensor_frame,
                "frame of the clouds, child frame of tf");
+  line.addText("bin-row", options.bin_row, cuboid_mapping::kBinRowHelp);
   line.addNumber("clouds", options.max_clouds, "only the first N clouds", {1});
   if (const auto status = line.parse(argc, argv)) return *status;
   return convert(options);

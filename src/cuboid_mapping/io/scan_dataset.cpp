@@ -1,19 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/io/scan_dataset.h"
 
+#include "cuboid_mapping/io/bin_scans.h"
 #include "cuboid_mapping/io/pcd_file.h"
+#include "cuboid_mapping/io/pose_lines.h"
 
 #include <octomap/ScanGraph.h>
 
 #include <algorithm>
-#include <array>
-#include <cstdint>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <optional>
-#include <sstream>
 #include <stdexcept>
 
 namespace cuboid_mapping {
@@ -22,24 +19,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr char kPoses[] = "poses.txt";
-
-/// Numbers of each line of a file; comments and empty lines are left out.
-/// @param take  Gets the numbers of a line; returns false if they are not as expected.
-template <typename TakeT>
-void readLines(const fs::path& file, const std::string& expected, const TakeT& take) {
-  std::ifstream in(file);
-  if (!in) throw std::runtime_error("cannot open " + file.string());
-  std::string line;
-  for (int number = 1; std::getline(in, line); ++number) {
-    if (line.find_first_not_of(" \t\r") == std::string::npos || line[0] == '#') continue;
-    std::istringstream words(line);
-    const std::vector<double> numbers{std::istream_iterator<double>(words), {}};
-    if (!words.eof() || !take(numbers)) {
-      throw std::runtime_error(file.string() + ":" + std::to_string(number) + ": expected '" +
-                               expected + "'");
-    }
-  }
-}
 
 std::vector<Eigen::Vector3f> toFloats(const Eigen::Isometry3d& T_sensor_points,
                                       const std::vector<Eigen::Vector3d>& points) {
@@ -55,13 +34,10 @@ std::vector<Eigen::Vector3f> toFloats(const Eigen::Isometry3d& T_sensor_points,
 class ScanFolder : public ScanDataset {
  public:
   explicit ScanFolder(fs::path folder) : folder_(std::move(folder)) {
-    readLines(folder_ / kPoses, "index tx ty tz qx qy qz qw", [this](const auto& numbers) {
-      if (numbers.size() != 8) return false;
-      const Eigen::Quaterniond q(numbers[7], numbers[4], numbers[5], numbers[6]);
-      if (!(q.norm() > 0.5)) return false;
-      poses_.push_back({static_cast<int>(numbers[0]),
-                        Eigen::Translation3d(numbers[1], numbers[2], numbers[3]) * q.normalized()});
-      return true;
+    readLines(folder_ / kPoses, kIndexedPose, [this](const auto& numbers) {
+      const auto pose = numbers.size() == 8 ? toPose(numbers) : std::nullopt;
+      if (pose) poses_.push_back({static_cast<int>(numbers[0]), *pose});
+      return pose.has_value();
     });
     if (poses_.empty()) throw std::runtime_error((folder_ / kPoses).string() + " holds no pose");
   }
@@ -123,84 +99,6 @@ std::vector<fs::path> findBinFiles(const fs::path& folder) {
   return {};
 }
 
-/// Scans in KITTI's format: rows of x, y, z and intensity as float32; poses.txt with a 3 x 4 matrix, row by
-/// row, for each, or "index tx ty tz qx qy qz qw".
-class BinFolder : public ScanDataset {
- public:
-  BinFolder(const fs::path& folder, std::vector<fs::path> files) : files_(std::move(files)) {
-    const Eigen::Isometry3d T_camera_sensor = readCalibration(folder / "calib.txt");
-    const fs::path file = folder / kPoses;
-    readLines(file, "r11 r12 r13 tx r21 ... tz' or 'index tx ty tz qx qy qz qw",
-              [&](const std::vector<double>& numbers) {
-                const auto pose = toPose(numbers);
-                if (pose) poses_.push_back(T_camera_sensor.inverse() * *pose * T_camera_sensor);
-                return pose.has_value();
-              });
-    if (poses_.size() != files_.size()) {
-      throw std::runtime_error(file.string() + " has " + std::to_string(poses_.size()) +
-                               " poses, but there are " + std::to_string(files_.size()) +
-                               " .bin files");
-    }
-  }
-
-  [[nodiscard]] std::size_t size() const override { return files_.size(); }
-
-  [[nodiscard]] Item read(std::size_t index) const override {
-    const fs::path& file = files_.at(index);
-    using Row = std::array<float, 4>;
-    const auto num_bytes = fs::file_size(file);
-    if (num_bytes % sizeof(Row) != 0) {
-      throw std::runtime_error("cannot read " + file.string() +
-                               ": it must be rows of four float32, x y z intensity");
-    }
-    std::vector<Row> rows(num_bytes / sizeof(Row));
-    std::ifstream in(file, std::ios::binary);
-    if (!in.read(reinterpret_cast<char*>(rows.data()), static_cast<std::streamsize>(num_bytes))) {
-      throw std::runtime_error("cannot read " + file.string());
-    }
-    Item item;
-    item.T_map_sensor = poses_[index];
-    item.points_sensor.reserve(rows.size());
-    for (const Row& row : rows) item.points_sensor.emplace_back(row[0], row[1], row[2]);
-    return item;
-  }
-
- private:
-  static std::optional<Eigen::Isometry3d> toPose(const std::vector<double>& numbers) {
-    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-    if (numbers.size() == 12) {
-      pose.matrix().topRows<3>() =
-          Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(numbers.data());
-      // Poses are written with six digits.
-      pose.linear() = Eigen::Quaterniond(pose.linear()).normalized().toRotationMatrix();
-      return pose;
-    }
-    if (numbers.size() != 8) return std::nullopt;
-    const Eigen::Quaterniond q(numbers[7], numbers[4], numbers[5], numbers[6]);
-    if (!(q.norm() > 0.5)) return std::nullopt;
-    pose = Eigen::Translation3d(numbers[1], numbers[2], numbers[3]) * q.normalized();
-    return pose;
-  }
-
-  /// Transform "Tr:" from lidar to camera, since KITTI's poses are those of the camera. Without a file:
-  /// identity.
-  static Eigen::Isometry3d readCalibration(const fs::path& file) {
-    std::ifstream in(file);
-    std::string line;
-    while (std::getline(in, line)) {
-      if (line.rfind("Tr:", 0) != 0) continue;
-      std::istringstream words(line.substr(3));
-      const auto pose = toPose({std::istream_iterator<double>(words), {}});
-      if (!pose) throw std::runtime_error(file.string() + ": expected 'Tr:' and 12 numbers");
-      return *pose;
-    }
-    return Eigen::Isometry3d::Identity();
-  }
-
-  std::vector<fs::path> files_;
-  std::vector<Eigen::Isometry3d> poses_;
-};
-
 /// An octomap::ScanGraph, held in memory.
 class ScanGraphFile : public ScanDataset {
  public:
@@ -232,14 +130,14 @@ class ScanGraphFile : public ScanDataset {
 
 }  // namespace
 
-std::unique_ptr<ScanDataset> openScanDataset(const std::string& path) {
+std::unique_ptr<ScanDataset> openScanDataset(const std::string& path, const BinRow& bin_row) {
   if (fs::path(path).extension() == ".graph") return std::make_unique<ScanGraphFile>(path);
   if (fs::is_directory(fs::path(path) / "pcd") && !fs::exists(fs::path(path) / "poses.txt")) {
     return std::make_unique<PosedClouds>(path);
   }
   if (fs::is_directory(path)) {
     const std::vector<fs::path> bin_files = findBinFiles(path);
-    if (!bin_files.empty()) return std::make_unique<BinFolder>(path, bin_files);
+    if (!bin_files.empty()) return openBinScans(path, bin_files, bin_row);
     return std::make_unique<ScanFolder>(path);
   }
   throw std::runtime_error(path + " is neither a folder with poses.txt or pcd/ nor a .graph file");
