@@ -87,9 +87,9 @@ FUZZ_TARGET(fuzz_point_times) {
     num_points = layout.width * layout.height;
     message.content = sensor_msgs::PointCloud2::ConstPtr(cloud);
   }
-  const auto times_s = readPointTimes(message);
-  if (!times_s) return 0;
-  require(times_s->size() == num_points);
-  checkSlices(*times_s);
+  const auto times = readPointTimes(message);
+  if (!times) return 0;
+  require(times->times_s.size() == num_points);
+  checkSlices(times->times_s);
   return 0;
 }

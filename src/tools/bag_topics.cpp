@@ -244,7 +244,10 @@ void BagTopics::look(BagFiles& bags, const std::string& name, BagTopic& topic) c
     if (image && isDepth(name, image->encoding)) topic.type = SourceType::kDepthImage;
   } else if (topic.datatype == datatype<sensor_msgs::CompressedImage>() && isCompressed(name)) {
     const auto image = readFirst<sensor_msgs::CompressedImage>(bags, name, topic);
-    const std::string encoding = image ? image->format.substr(0, image->format.find(';')) : "";
+    const std::string format = image ? image->format : ";";
+    const std::size_t end = format.find(';');
+    // A format such as "png" alone may be of depths, if the topic is called so.
+    const std::string encoding = end == std::string::npos ? "mono16" : format.substr(0, end);
     if (isDepth(name, encoding)) topic.type = SourceType::kDepthImage;
   }
 }

@@ -141,7 +141,15 @@ inline std::vector<Case> sourceCases() {
       {"depth_unit",
        0.0002,
        [](const P& p) { return p.source.depth_unit_m == 0.0002; },
-       {0.0, 1.5, kNan, "1"}},
+       {-0.1, 1.5, kNan, "1"}},
+      {"point_unit",
+       0.001,
+       [](const P& p) { return p.source.point_unit_m == 0.001; },
+       {-0.1, 1.5, kNan, "1"}},
+      {"time_unit",
+       1e-6,
+       [](const P& p) { return p.source.time_unit_s == 1e-6; },
+       {-0.1, 1.5, kNan, "1"}},
       {"sources", list, [](const P& p) { return p.sources.size() == 1; }, {"front", 1, true}},
   };
 }

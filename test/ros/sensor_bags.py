@@ -19,15 +19,17 @@ def at(time_s):
     return rospy.Time.from_sec(START_S + time_s)
 
 
-def make_cloud(points, time_s=1.0, frame='lidar', kind='<f4', times_ns=None, **description):
-    """A cloud in one row; further arguments are fields of the message, such as height."""
+def make_cloud(points, time_s=1.0, frame='lidar', kind='<f4', times_ns=None, times=None, **description):
+    """A cloud in one row. times: name, type and values of their field; further arguments are fields of the message,
+    such as height."""
+    times = times or (('t', '<u4', times_ns) if times_ns is not None else None)
     points = np.asarray(points, float).reshape(-1, 3)
-    columns = [(axis, kind) for axis in 'xyz'] + ([('t', '<u4')] if times_ns is not None else [])
+    columns = [(axis, kind) for axis in 'xyz'] + ([times[:2]] if times else [])
     rows = np.zeros(len(points), columns)
     for axis, values in zip('xyz', points.T):
         rows[axis] = values
-    if times_ns is not None:
-        rows['t'] = times_ns
+    if times:
+        rows[times[0]] = times[2]
     cloud = PointCloud2(width=len(rows), height=1, point_step=rows.itemsize, row_step=rows.nbytes, data=rows.tobytes())
     cloud.fields = [PointField(name, rows.dtype.fields[name][1], KINDS[of], 1) for name, of in columns]
     cloud.header.frame_id, cloud.header.stamp = frame, at(time_s)

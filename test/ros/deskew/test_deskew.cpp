@@ -58,22 +58,25 @@ std::vector<Eigen::Vector3d> anyPoints(std::size_t count) {
   return std::vector<Eigen::Vector3d>(count, {1, 2, 3});
 }
 
-void expectTimes(const SensorMessage& message, const Times& expected_s) {
-  const auto times_s = readPointTimes(message);
-  ASSERT_TRUE(times_s);
-  ASSERT_EQ(times_s->size(), expected_s.size());
+void expectTimes(const SensorMessage& message, const Times& expected_s, bool has_warning = false) {
+  const auto times = readPointTimes(message);
+  ASSERT_TRUE(times);
+  EXPECT_EQ(times->warning.empty(), !has_warning) << times->warning;
+  const Times& times_s = times->times_s;
+  ASSERT_EQ(times_s.size(), expected_s.size());
   for (std::size_t i = 0; i < expected_s.size(); ++i) {
-    EXPECT_EQ(std::isnan((*times_s)[i]), std::isnan(expected_s[i])) << i;
+    EXPECT_EQ(std::isnan(times_s[i]), std::isnan(expected_s[i])) << i;
     if (!std::isnan(expected_s[i])) {
-      EXPECT_NEAR((*times_s)[i], expected_s[i], 1e-6);
+      EXPECT_NEAR(times_s[i], expected_s[i], 1e-6);
     }
   }
 }
 
 TEST(PointTimes, AreThoseOfTheDriversFields) {
   for (const bool is_bigendian : {false, true}) {
-    expectTimes(toMessage(makeTimedCloud("timestamp", PointField::FLOAT64, {1.7e18}, anyPoints(1))),
-                {1.7e9 - kStamp_s});
+    expectTimes(toMessage(makeTimedCloud("timestamp", PointField::FLOAT64, {1000.01e9, 1000.06e9},
+                                         anyPoints(2), is_bigendian)),
+                {0.01, 0.06}, true);
     expectTimes(toMessage(makeTimedCloud("time", PointField::FLOAT32, {0.0, 0.05, -0.1},
                                          anyPoints(3), is_bigendian)),
                 {0.0, 0.05, -0.1});
@@ -83,14 +86,29 @@ TEST(PointTimes, AreThoseOfTheDriversFields) {
     expectTimes(toMessage(makeTimedCloud("offset_time", PointField::UINT32, {1e6}, anyPoints(1),
                                          is_bigendian)),
                 {0.001});
-    expectTimes(toMessage(makeTimedCloud("timestamp", PointField::FLOAT64, {1e6 + 7.5, 0.02},
+    expectTimes(toMessage(makeTimedCloud("timestamp", PointField::FLOAT64, {kStamp_s + 0.5, 0.02},
                                          anyPoints(2), is_bigendian)),
-                {1e6 + 7.5 - kStamp_s, 0.02});
+                {0.5, 0.02});
   }
-  expectTimes(
-      toMessage(makeTimedCloud("time", PointField::FLOAT32,
-                               {kStamp_s, std::numeric_limits<double>::quiet_NaN()}, anyPoints(2))),
-      {kStamp_s, std::numeric_limits<double>::quiet_NaN()});
+  const auto coarse = readPointTimes(toMessage(
+      makeTimedCloud("time", PointField::FLOAT32,
+                     {kStamp_s, std::numeric_limits<double>::quiet_NaN()}, anyPoints(2))));
+  EXPECT_FALSE(findSlices(coarse->times_s)) << "a float32 cannot be a time of day";
+}
+
+TEST(PointTimes, HaveTheUnitThatMakesASweep) {
+  const auto cloud = [](std::uint8_t datatype, const Times& times) {
+    return toMessage(makeTimedCloud("t", datatype, times, anyPoints(times.size())));
+  };
+  expectTimes(cloud(PointField::UINT32, {0.0, 1e5}), {0.0, 0.1}, true);
+  expectTimes(cloud(PointField::UINT32, {0.0, 1e6}), {0.0, 0.001});
+  expectTimes(cloud(PointField::UINT32, {0.0, 100.0}), {0.0, 0.1}, true);
+  expectTimes(cloud(PointField::FLOAT32, {0.0, 50.0, 100.0}), {0.0, 0.05, 0.1}, true);
+  expectTimes(cloud(PointField::FLOAT64, {0.0, 5e7, 1e8}), {0.0, 0.05, 0.1}, true);
+  expectTimes(cloud(PointField::FLOAT32, {0.0, 0.5, 0.9}), {0.0, 0.5, 0.9});
+  expectTimes(cloud(PointField::UINT32, {7.0, 7.0}), {7e-9, 7e-9});
+  EXPECT_EQ(readPointTimes(cloud(PointField::UINT32, {0.0, 1e5}), false, 1e-9)->times_s.back(),
+            1e-4);
 }
 
 TEST(PointTimes, OfPointsThatAreNoReturnsCountOnlyWhereTheyAreWanted) {
@@ -98,7 +116,7 @@ TEST(PointTimes, OfPointsThatAreNoReturnsCountOnlyWhereTheyAreWanted) {
   const auto cloud = toMessage(makeTimedCloud("time", PointField::FLOAT32, {0.0, 0.5},
                                               {{1, 2, 3}, {kNoNumber, kNoNumber, kNoNumber}}));
   expectTimes(cloud, {0.0, kNoNumber});
-  EXPECT_EQ(*readPointTimes(cloud, true), (Times{0.0, 0.5}));
+  EXPECT_EQ(readPointTimes(cloud, true)->times_s, (Times{0.0, 0.5}));
 }
 
 TEST(PointTimes, OfRowsAreReadRowByRow) {
@@ -128,7 +146,8 @@ TEST(PointTimes, OfAScanGoFromRangeToRange) {
   scan.time_increment = 0.01F;
   expectTimes({boost::make_shared<sensor_msgs::LaserScan>(scan)},
               {0.0, 0.01, std::numeric_limits<double>::quiet_NaN()});
-  EXPECT_EQ(readPointTimes({boost::make_shared<sensor_msgs::LaserScan>(scan)}, true)->size(), 3U);
+  EXPECT_EQ(
+      readPointTimes({boost::make_shared<sensor_msgs::LaserScan>(scan)}, true)->times_s.size(), 3U);
   scan.time_increment = 0.0F;
   EXPECT_FALSE(readPointTimes({boost::make_shared<sensor_msgs::LaserScan>(scan)}));
 }
@@ -335,9 +354,10 @@ TEST_F(MovingSensor, WhatSaysNoTimesIsRefused) {
   EXPECT_FALSE(mapOf(toMessage(cloud)).empty());
   cloud.header.stamp = ros::Time();
   EXPECT_TRUE(mapOf(toMessage(cloud)).empty()) << "the latest transform is of no use";
-  EXPECT_TRUE(
+  EXPECT_FALSE(
       mapOf(toMessage(makeTimedCloud("time", PointField::FLOAT32, {0.0, 3.0, 7.0}, anyPoints(3))))
-          .empty());
+          .empty())
+      << "the stamp counts";
 }
 
 TEST(Deskew, GoesNeitherWithTheGroundFilterNorWithDepthImages) {

@@ -24,6 +24,8 @@ constexpr std::size_t kLeastJudgedPoints = 100;
 constexpr std::size_t kMaxJudgedPoints = 100000;
 /// Depth cameras rarely see farther, except in single pixels.
 constexpr double kMaxUsualDepth_m = 8.0;
+/// Lidars on the ground hardly see half of their points farther away.
+constexpr double kMaxUsualRange_m = 150.0;
 /// Share of a far clip above which a depth is near it.
 constexpr double kNearClip = 0.9;
 
@@ -34,7 +36,7 @@ std::string percentOf(std::size_t part, std::size_t whole) {
 }  // namespace
 
 void CloudChecks::note(const CloudPoints& cloud, const Eigen::Vector3d& sensor_cloud) {
-  if (!cloud.warning.empty()) warnOnce(cloud.warning, cloud.warning);
+  for (const std::string& warning : cloud.warnings) warnOnce(warning, warning);
   if (num_points_ >= kMaxJudgedPoints) return;
   const Eigen::Vector3f origin = (sensor_cloud - cloud.anchor_cloud).cast<float>();
   const std::size_t step = cloud.points.size() / kCheckedPoints + 1;
@@ -110,20 +112,22 @@ void CloudChecks::checkLimits() {
   warnOnce("max range", percentOf(num_beyond_range_, num_points_) +
                             " of the points lie beyond sensor_model/max_range, " +
                             toText(limits_.max_range_m) +
-                            " m: nothing there becomes occupied. Raise it" +
-                            (is_depth_ ? ", or correct depth_unit, if the depths are not in "
-                                         "millimetres (1/5000 m: 0.0002)"
-                                       : ", if the points are in metres"));
+                            " m: nothing there becomes occupied. Raise it" + ", or set " +
+                            (is_depth_ ? "depth_unit" : "point_unit") +
+                            " to their unit in metres (millimetres: 0.001)");
 }
 
 void CloudChecks::checkUnit(std::vector<double>& ranges_m) {
-  if (!is_depth_ || ranges_m.empty()) return;
+  if (ranges_m.empty()) return;
   const auto median = ranges_m.begin() + static_cast<std::ptrdiff_t>(ranges_m.size() / 2);
   std::nth_element(ranges_m.begin(), median, ranges_m.end());
-  if (*median <= kMaxUsualDepth_m) return;
-  warnOnce("unit", "half of the depths are above " + toText(std::floor(*median)) +
-                       " m, farther than most depth cameras measure. If they are not in "
-                       "millimetres, set depth_unit (1/5000 m: 0.0002)");
+  if (*median <= (is_depth_ ? kMaxUsualDepth_m : kMaxUsualRange_m)) return;
+  warnOnce("unit",
+           std::string("half of the ") + (is_depth_ ? "depths" : "ranges") + " are above " +
+               toText(std::floor(*median)) + " m, farther than most " +
+               (is_depth_ ? "depth cameras" : "lidars") +
+               " measure. If their unit is another, set " +
+               (is_depth_ ? "depth_unit (1/5000 m: 0.0002)" : "point_unit (centimetres: 0.01)"));
 }
 
 }  // namespace cuboid_mapping_ros

@@ -2,11 +2,13 @@
 #include "cuboid_mapping/ros/conversions/cloud_conversions.h"
 
 #include "cuboid_mapping/geometry/float_anchor.h"
+#include "cuboid_mapping/ros/conversions/byte_order.h"
 #include "cuboid_mapping/ros/conversions/point_bytes.h"
 #include "cuboid_mapping/scan/no_return_beams.h"
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 // sensor_msgs::PointCloud2ConstIterator and pcl::fromROSMsg are not used: they trust the numbers of the
 // message, and read neither the other byte order nor FLOAT64; the iterator also ignores row_step.
@@ -99,8 +101,11 @@ std::optional<CloudError> checkCloud(const PointCloud2& message, const XyzFields
 /// Reads points of a checked message.
 class PointReader {
  public:
-  PointReader(const PointCloud2& message, const XyzFields& fields)
-      : message_(message), layout_(layoutOf(message)), is_other_order_(isOtherOrder(message)) {
+  PointReader(const PointCloud2& message, const XyzFields& fields, double unit_m)
+      : message_(message),
+        layout_(layoutOf(message)),
+        order_(findByteOrder(message)),
+        unit_m_(unit_m) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       offsets_[axis] = fields[axis]->offset;
       is_double_[axis] = fields[axis]->datatype == PointField::FLOAT64;
@@ -108,6 +113,8 @@ class PointReader {
   }
 
   [[nodiscard]] const CloudLayout& layout() const { return layout_; }
+
+  [[nodiscard]] const ByteOrder& order() const { return order_; }
 
   [[nodiscard]] bool hasDouble() const { return is_double_[0] || is_double_[1] || is_double_[2]; }
 
@@ -118,16 +125,17 @@ class PointReader {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const std::uint8_t* data = point + offsets_[axis];
       xyz[static_cast<Eigen::Index>(axis)] =
-          is_double_[axis] ? readAs<double, std::uint64_t>(data, is_other_order_)
-                           : readAs<float, std::uint32_t>(data, is_other_order_);
+          is_double_[axis] ? readAs<double, std::uint64_t>(data, order_.is_other)
+                           : readAs<float, std::uint32_t>(data, order_.is_other);
     }
-    return xyz;
+    return unit_m_ * xyz;
   }
 
  private:
   const PointCloud2& message_;
   CloudLayout layout_;
-  bool is_other_order_;
+  ByteOrder order_;
+  double unit_m_;
   std::array<std::size_t, 3> offsets_{};
   std::array<bool, 3> is_double_{};
 };
@@ -180,6 +188,10 @@ Eigen::Vector3d findAnchor(const PointReader& reader, const Eigen::Vector3d& sen
   const Eigen::Vector3d median = findMedian(reader);
   const double distance_m = (median - sensor_cloud).cwiseAbs().maxCoeff();
   return floatAnchor(distance_m <= kMaxFloatRange_m ? sensor_cloud : median);
+}
+
+double unitOf(const CloudOptions& options) {
+  return options.point_unit_m > 0.0 ? options.point_unit_m : 1.0;
 }
 
 /// Classifies the points of a cloud according to the options.
@@ -256,10 +268,11 @@ void addNoReturns(const PointReader& reader, const PointJudge& judge, const Clou
 ConvertedCloud convertCloud(const sensor_msgs::PointCloud2& message, const CloudOptions& options) {
   const XyzFields fields = findFields(message);
   if (auto error = checkCloud(message, fields)) return *error;
-  const PointReader reader(message, fields);
+  const PointReader reader(message, fields, unitOf(options));
   const PointJudge judge(options);
   const bool wants_no_returns = options.no_return_range_m > 0.0;
   CloudPoints cloud;
+  if (!reader.order().warning.empty()) cloud.warnings.push_back(reader.order().warning);
   cloud.anchor_cloud = findAnchor(reader, options.T_cloud_sensor.translation());
   cloud.points.reserve(reader.layout().width * reader.layout().height);
   std::uint32_t number = 0;
@@ -285,15 +298,37 @@ ConvertedCloud convertCloud(const sensor_msgs::PointCloud2& message, const Cloud
         "all of its " + std::to_string(cloud.num_invalid) + " points are NaN, infinite or zero" +
             (options.no_return_ranges_m.empty() ? "" : ", or of a range of no_return_points"));
   }
+  if (auto error = checkUnit(cloud, options, message.header)) return *error;
   cloud.num_skipped = cloud.num_invalid - cloud.no_returns.size();
   return cloud;
+}
+
+std::optional<CloudError> checkUnit(const CloudPoints& cloud, const CloudOptions& options,
+                                    const std_msgs::Header& header) {
+  constexpr double kLeast_m = 1e3;  ///< Farther than lidars on the ground measure.
+  constexpr double kMost_m = 2e5;   ///< Farther points are coordinates of the earth, such as UTM.
+  constexpr std::size_t kSamples = 1000;
+  if (options.point_unit_m > 0.0 || cloud.points.empty()) return std::nullopt;
+  const Eigen::Vector3f sensor =
+      (options.T_cloud_sensor.translation() - cloud.anchor_cloud).cast<float>();
+  std::vector<float> ranges_m;
+  for (std::size_t i = 0; i < cloud.points.size(); i += cloud.points.size() / kSamples + 1) {
+    ranges_m.push_back((cloud.points[i] - sensor).norm());
+  }
+  const auto median = ranges_m.begin() + static_cast<std::ptrdiff_t>(ranges_m.size() / 2);
+  std::nth_element(ranges_m.begin(), median, ranges_m.end());
+  const auto median_m = static_cast<double>(*median);
+  if (median_m < kLeast_m || median_m > kMost_m) return std::nullopt;
+  return describeError(DropReason::kWrongUnit, "cloud", header,
+                       "as metres, half of its points are more than " +
+                           std::to_string(std::llround(median_m)) + " m from the sensor");
 }
 
 std::vector<bool> findReturns(const PointCloud2& message) {
   const XyzFields fields = findFields(message);
   std::vector<bool> are_returns;
   if (checkCloud(message, fields)) return are_returns;
-  const PointReader reader(message, fields);
+  const PointReader reader(message, fields, 1.0);
   are_returns.reserve(reader.layout().width * reader.layout().height);
   visitPoints(reader,
               [&](const Eigen::Vector3d& point) { are_returns.push_back(isReturn(point)); });

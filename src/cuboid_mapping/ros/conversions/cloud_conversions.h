@@ -13,6 +13,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -34,7 +35,7 @@ struct CloudPoints {
   ///@}
   std::size_t num_invalid = 0;  ///< Points that are no return.
   std::size_t num_skipped = 0;  ///< Points left out because their beams are unknown or not wanted.
-  std::string warning;  ///< Warning about an unusual message that was converted; else empty.
+  std::vector<std::string> warnings;  ///< About an unusual message that was converted.
 };
 
 /// A converted message, or the reason of its refusal.
@@ -52,13 +53,15 @@ struct CloudOptions {
   /// only if the cloud has been transformed out of its sensor's frame.
   Eigen::Isometry3d T_cloud_sensor = Eigen::Isometry3d::Identity();
   bool wants_numbers = false;  ///< See CloudPoints::point_numbers.
-  double depth_unit_m = 1e-3;  ///< Unit of depth images of whole numbers.
+  double depth_unit_m = 0.0;   ///< Unit of depth images; 0: see convertDepthImage().
+  double point_unit_m = 0.0;   ///< Unit of clouds and planar scans; 0: metres, see checkUnit().
 };
 
 /// Reads the points of a message. Wrong numbers in it never cause a read outside its data.
 ///
 /// x, y and z are found by name, each with its own offset and datatype (FLOAT32 or FLOAT64); a
-/// count other than 1 stands for the first element. Both byte orders; organized or not; see layoutOf().
+/// count other than 1 stands for the first element. Both byte orders, see findByteOrder(); organized or not; see
+/// layoutOf().
 /// is_dense is ignored: every point is checked. A point at exactly (0, 0, 0), or at the sensor if the
 /// cloud has been transformed out of its frame, is no return: drivers without NaN write these.
 /// A point whose range or greatest coordinate from the sensor is in `no_return_ranges_m` is no return, too; its
@@ -74,6 +77,12 @@ struct CloudOptions {
 /// @complexity O(width * height).
 [[nodiscard]] ConvertedCloud convertCloud(const sensor_msgs::PointCloud2& message,
                                           const CloudOptions& options = {});
+
+/// Checks points that were read as metres: half of them between 1 and 200 km from the sensor are in millimetres
+/// or centimetres. @return The refusal; nothing if a unit was given.
+[[nodiscard]] std::optional<CloudError> checkUnit(const CloudPoints& cloud,
+                                                  const CloudOptions& options,
+                                                  const std_msgs::Header& header);
 
 /// Marks the points of a message that are finite and not (0, 0, 0), row by row; empty if it cannot be
 /// converted.

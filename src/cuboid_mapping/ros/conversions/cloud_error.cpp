@@ -17,6 +17,10 @@ const char* usualCure(DropReason defect) {
     case DropReason::kShortData: return "Look for a driver or a relay that truncates it";
     case DropReason::kNoValidPoints:
       return "Check that nothing covers the sensor, and check any filters before this node";
+    case DropReason::kWrongUnit:
+      return "Set point_unit to its unit in metres (millimetres: 0.001, metres: 1), or "
+             "sensor_frame, if the "
+             "points were transformed into another frame";
     case DropReason::kNoPointTimes: return "Have the driver send it, or set deskew to false";
     default: return "Its description is wrong: fix the program that makes it";
   }
@@ -33,6 +37,7 @@ const char* toString(DropReason reason) {
     case DropReason::kBadLayout: return "bad layout";
     case DropReason::kShortData: return "short data";
     case DropReason::kNoValidPoints: return "no valid points";
+    case DropReason::kWrongUnit: return "wrong unit";
     case DropReason::kNoPointTimes: return "no point times";
     case DropReason::kQueueFull: return "queue full";
     case DropReason::kNoTransform: return "no transform";

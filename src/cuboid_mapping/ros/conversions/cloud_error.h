@@ -18,6 +18,7 @@ enum class DropReason : unsigned char {
   kBadLayout,      ///< point_step is 0, a field reaches beyond it, or row_step is less than a row.
   kShortData,      ///< There is less data than width, height and steps say.
   kNoValidPoints,  ///< All points are NaN, infinite or zero, and no beam without return is known.
+  kWrongUnit,      ///< In the unit that is usual, it cannot have been measured.
   kNoPointTimes,   ///< With deskew: the cloud has no times of its points.
   kQueueFull,      ///< The node was busy with earlier clouds.
   kNoTransform,    ///< tf did not come within tf_wait.
@@ -31,8 +32,8 @@ enum class DropReason : unsigned char {
 };
 
 /// Number of defects of messages, and of all reasons.
-constexpr std::size_t kNumCloudDefects = 8;
-constexpr std::size_t kNumDropReasons = 17;
+constexpr std::size_t kNumCloudDefects = 9;
+constexpr std::size_t kNumDropReasons = 18;
 
 /// Whether a message that is left out for this reason has nothing to map: that is no fault.
 [[nodiscard]] constexpr bool isEmpty(DropReason reason) {

@@ -7,6 +7,7 @@
 #include <boost/make_shared.hpp>
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <limits>
@@ -16,6 +17,9 @@
 namespace cuboid_mapping_ros {
 namespace {
 
+namespace image_encodings = sensor_msgs::image_encodings;
+
+constexpr std::size_t kPngSignatureBytes = 8;
 constexpr std::array<const char*, 2> kTransports{"/compressedDepth", "/compressed"};
 
 /// Header that compressed_depth_image_transport writes before the PNG.
@@ -84,24 +88,28 @@ sensor_msgs::Image::ConstPtr makeImage(const sensor_msgs::Image& compressed, con
 sensor_msgs::Image::ConstPtr decode(const sensor_msgs::Image& compressed) {
   const std::string& format = compressed.encoding;
   const std::string encoding = format.substr(0, format.find(';'));
-  const bool has_header = format.find("compressedDepth") != std::string::npos;
   if (format.find("rvl") != std::string::npos || format.find("jp") != std::string::npos) {
     throw std::runtime_error("it is compressed as '" + format +
                              "'. Set the format of its image_transport to png");
   }
-  DepthHeader header{};
   const std::vector<std::uint8_t>& data = compressed.data;
-  if (has_header && data.size() < sizeof(header)) {
+  if (data.size() < sizeof(DepthHeader)) {
     throw std::runtime_error("it has no data. Look for a driver or a relay that truncates it");
   }
-  if (has_header) std::memcpy(&header, data.data(), sizeof(header));
-  const std::size_t first = has_header ? sizeof(header) : 0;
+  // Not the format, but the data says whether there is a header.
+  const bool has_header = png_sig_cmp(data.data(), 0, kPngSignatureBytes) != 0;
+  const std::size_t first = has_header ? sizeof(DepthHeader) : 0;
   const Pixels pixels = readPng(data.data() + first, data.size() - first);
-  if (encoding == sensor_msgs::image_encodings::TYPE_32FC1) {
-    if (!has_header) throw std::runtime_error("metres do not fit into PNG. Use compressedDepth");
-    return makeImage(compressed, pixels, toDepths(pixels, header), encoding);
+  DepthHeader header{};
+  if (has_header) std::memcpy(&header, data.data(), sizeof(header));
+  const bool has_metres = encoding.empty() ? header.quant_a > 0.0F && std::isnormal(header.quant_a)
+                                           : encoding == image_encodings::TYPE_32FC1;
+  if (!has_metres) {
+    return makeImage(compressed, pixels, pixels.numbers,
+                     encoding.empty() ? image_encodings::TYPE_16UC1 : encoding);
   }
-  return makeImage(compressed, pixels, pixels.numbers, encoding);
+  if (!has_header) throw std::runtime_error("metres do not fit into PNG. Use compressedDepth");
+  return makeImage(compressed, pixels, toDepths(pixels, header), image_encodings::TYPE_32FC1);
 }
 
 }  // namespace

@@ -33,6 +33,7 @@ namespace cuboid_mapping_ros {
 ///   - "16UC1; compressedDepth", "... png" and "16UC1; png compressed": the same numbers as before compression;
 ///   - "32FC1; compressedDepth": metres; compressed_depth_image_transport quantizes the inverse of the depth. 0
 ///     becomes NaN;
+///   - a format without an encoding, such as "png": 16UC1, or 32FC1 if the header has its quantization;
 ///   - RVL, JPEG, PNG of other than 16 bits of grey, and damaged data: refused.
 ///
 /// @return The image, in the byte order of this machine; or the defect and its cure. @complexity O(pixels).

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/io/text.h"
+#include "cuboid_mapping/ros/conversions/byte_order.h"
 #include "cuboid_mapping/ros/conversions/compressed_depth.h"
 #include "cuboid_mapping/ros/conversions/point_bytes.h"
 #include "cuboid_mapping/ros/conversions/sensor_conversions.h"
@@ -9,6 +11,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <limits>
 #include <optional>
 #include <string>
@@ -35,7 +38,7 @@ struct Pinhole {
 
 /// Model of image_geometry::PinholeCameraModel, for pixels of the image as sent.
 Pinhole makePinhole(const CameraInfo& camera) {
-  const bool has_projection = camera.P[0] != 0.0;
+  const bool has_projection = std::isnormal(camera.P[0]) && std::isnormal(camera.P[5]);
   Pinhole pinhole = has_projection ? Pinhole{camera.P[0], camera.P[5], camera.P[2], camera.P[6]}
                                    : Pinhole{camera.K[0], camera.K[4], camera.K[2], camera.K[5]};
   pinhole.cx -= camera.roi.x_offset;
@@ -59,6 +62,11 @@ std::size_t pixelBytes(const Image& image) {
                          image.encoding == encodings::TYPE_16SC1 ||
                          image.encoding == encodings::MONO16;
   return is_16_bit ? sizeof(std::uint16_t) : 0;
+}
+
+/// The unit of REP 118.
+double usualUnit_m(const Image& image) {
+  return pixelBytes(image) == sizeof(std::uint16_t) ? 1e-3 : 1.0;
 }
 
 /// Bytes from row to row: the image's own value, unless it is impossible and the size of the data allows only
@@ -126,23 +134,26 @@ std::optional<CloudError> checkImage(const Image& image, const Pinhole& pinhole)
 /// Reads depths of a checked image, in metres.
 class DepthReader {
  public:
-  DepthReader(const Image& image, double unit_m)
+  DepthReader(const Image& image, double unit_m, bool is_other_order)
       : image_(image),
         unit_m_(unit_m),
         greatest_(image.encoding == sensor_msgs::image_encodings::TYPE_16SC1 ? 0x7FFF : 0xFFFF),
         step_(stepOf(image)),
         pixel_bytes_(pixelBytes(image)),
-        is_other_order_(isOtherOrder(image)) {}
+        is_other_order_(is_other_order) {}
 
   /// Whether its numbers count units, not metres.
   [[nodiscard]] bool hasUnits() const { return pixel_bytes_ == sizeof(std::uint16_t); }
+
+  [[nodiscard]] double unit_m() const { return unit_m_; }
+  void setUnit(double unit_m) { unit_m_ = unit_m; }
 
   /// @param depths_m  One for each column.
   void readRow(std::size_t row, std::vector<double>& depths_m) const {
     const std::uint8_t* pixel = image_.data.data() + row * step_;
     if (!hasUnits()) {
       for (double& depth_m : depths_m) {
-        depth_m = readAs<float, std::uint32_t>(pixel, is_other_order_);
+        depth_m = unit_m_ * readAs<float, std::uint32_t>(pixel, is_other_order_);
         pixel += sizeof(float);
       }
       return;
@@ -170,22 +181,64 @@ class DepthReader {
 bool isPoint(double depth_m) { return depth_m > 0.0 && depth_m <= kMaxReading_m; }
 
 /// Replaces depths that stand for no return by NaN, and notes them. They may be numbers of units, such as 65534.
-void findNamed(const CloudOptions& options, bool has_units, std::vector<double>& depths_m,
-               std::vector<std::uint8_t>& are_named) {
+void findNamed(const CloudOptions& options, const DepthReader& reader,
+               std::vector<double>& depths_m, std::vector<std::uint8_t>& are_named) {
   for (std::size_t column = 0; column < depths_m.size(); ++column) {
     double& depth_m = depths_m[column];
     const bool is_named =
         contains(options.no_return_ranges_m, depth_m) ||
-        (has_units && contains(options.no_return_ranges_m, depth_m / options.depth_unit_m));
+        (reader.hasUnits() && contains(options.no_return_ranges_m, depth_m / reader.unit_m()));
     are_named[column] = is_named ? 1 : 0;
     if (is_named) depth_m = std::numeric_limits<double>::quiet_NaN();
   }
 }
 
+/// Depths of some rows that are those of points, in metres.
+std::vector<double> sampleDepths(const Image& image, const DepthReader& reader) {
+  constexpr std::size_t kSampledRows = 16;
+  std::vector<double> depths_m(image.width);
+  std::vector<double> sample_m;
+  for (std::size_t row = 0; row < image.height; row += image.height / kSampledRows + 1) {
+    reader.readRow(row, depths_m);
+    std::copy_if(depths_m.begin(), depths_m.end(), std::back_inserter(sample_m), isPoint);
+  }
+  return sample_m;
+}
+
+/// Finds the unit of an image for which no unit is set, and sets it in the reader. @return Why it is refused.
+std::optional<std::string> findUnit(const Image& image, DepthReader& reader,
+                                    std::vector<std::string>& warnings) {
+  constexpr double kLeastDepth_m = 0.05;   ///< Cameras hardly measure nearer.
+  constexpr double kMostDepth_m = 1000.0;  ///< Nor do simulated ones measure farther.
+  constexpr double kMostMetres_m = 100.0;  ///< Whole numbers beyond this are millimetres.
+  std::vector<double> depths_m = sampleDepths(image, reader);
+  if (depths_m.empty()) return std::nullopt;
+  const auto num_whole = std::count_if(depths_m.begin(), depths_m.end(), [](double depth_m) {
+    return depth_m == std::floor(depth_m);
+  });
+  const auto median = depths_m.begin() + static_cast<std::ptrdiff_t>(depths_m.size() / 2);
+  std::nth_element(depths_m.begin(), median, depths_m.end());
+  if (reader.hasUnits()) {
+    if (*median >= kLeastDepth_m) return std::nullopt;
+    return "as millimetres, half of its depths are at most " + cuboid_mapping::toText(*median) +
+           " m";
+  }
+  if (*median > kMostMetres_m &&
+      20 * num_whole >= 19 * std::distance(depths_m.begin(), depths_m.end())) {
+    constexpr double kMillimetre_m = 1e-3;
+    reader.setUnit(kMillimetre_m);
+    warnings.push_back(
+        "the depths of 32FC1 images are whole numbers, " + cuboid_mapping::toText(*median) +
+        " in the middle, and are taken as millimetres. If they are not, set depth_unit");
+    return std::nullopt;
+  }
+  if (*median <= kMostDepth_m) return std::nullopt;
+  return "as metres, half of its depths are at least " + cuboid_mapping::toText(*median) + " m";
+}
+
 /// Converts the pixels of a checked image.
-void addPixels(const Image& image, const Pinhole& pinhole, const CloudOptions& options,
-               CloudPoints& cloud) {
-  const DepthReader reader(image, options.depth_unit_m);
+void addPixels(const Image& image, const DepthReader& reader, const Pinhole& pinhole,
+               const CloudOptions& options, CloudPoints& cloud) {
   const bool has_ranges = !options.no_return_ranges_m.empty();
   const bool has_no_returns = options.no_return_range_m > 0.0 &&
                               (has_ranges || options.no_return_points != NoReturnPoints::kNone);
@@ -199,7 +252,7 @@ void addPixels(const Image& image, const Pinhole& pinhole, const CloudOptions& o
   std::size_t num_points = 0;
   for (std::size_t row = 0; row < image.height; ++row) {
     reader.readRow(row, depths_m);
-    if (has_ranges) findNamed(options, reader.hasUnits(), depths_m, are_named);
+    if (has_ranges) findNamed(options, reader, depths_m, are_named);
     const double down = (static_cast<double>(row) - pinhole.cy) / pinhole.fy;
     const std::size_t first = num_points;
     // A reading that is no point is overwritten by the next, which needs no branch.
@@ -228,6 +281,8 @@ void addPixels(const Image& image, const Pinhole& pinhole, const CloudOptions& o
 
 }  // namespace
 
+bool hasFocalLength(const CameraInfo& camera) { return isUsable(makePinhole(camera)); }
+
 ConvertedCloud convertDepthImage(const DepthImage& depth, const CloudOptions& options) {
   if (isCompressed(*depth.image)) {
     const auto image = decompress(*depth.image);
@@ -241,12 +296,22 @@ ConvertedCloud convertDepthImage(const DepthImage& depth, const CloudOptions& op
   if (auto error = checkImage(image, pinhole)) return *error;
   if (auto error = checkSize(image, *depth.camera)) return *error;
   CloudPoints cloud;
+  const double unit_m = options.depth_unit_m > 0.0 ? options.depth_unit_m : usualUnit_m(image);
+  const ByteOrder order = findByteOrder(image, unit_m);
+  if (!order.warning.empty()) cloud.warnings.push_back(order.warning);
   if (pinhole.fx < 0.0 || pinhole.fy < 0.0) {
-    cloud.warning =
+    cloud.warnings.push_back(
         "camera_info has a negative focal length: the points are mirrored, unless y of frame '" +
-        image.header.frame_id + "' points up. Make it positive for optical frames";
+        image.header.frame_id + "' points up. Make it positive for optical frames");
   }
-  addPixels(image, pinhole, options, cloud);
+  DepthReader reader(image, unit_m, order.is_other);
+  if (options.depth_unit_m == 0.0) {
+    if (const auto what = findUnit(image, reader, cloud.warnings)) {
+      return makeError(DropReason::kWrongUnit, image, *what,
+                       "Set depth_unit to their unit in metres (millimetres: 0.001, metres: 1)");
+    }
+  }
+  addPixels(image, reader, pinhole, options, cloud);
   cloud.num_skipped = cloud.num_invalid - cloud.no_returns.size();
   if (cloud.points.empty() && cloud.no_returns.empty()) {
     return makeError(DropReason::kNoValidPoints, image,

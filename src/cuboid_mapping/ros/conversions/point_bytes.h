@@ -6,17 +6,12 @@
 
 #include <boost/endian/conversion.hpp>
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <string>
 
 namespace cuboid_mapping_ros {
-
-/// Whether a cloud or an image has the other byte order than this machine.
-template <typename MessageT>
-[[nodiscard]] bool isOtherOrder(const MessageT& message) {
-  return (message.is_bigendian != 0) != (boost::endian::order::native == boost::endian::order::big);
-}
 
 /// The field of this name; null if there is none.
 [[nodiscard]] inline const sensor_msgs::PointField* findField(const sensor_msgs::PointCloud2& cloud,
@@ -51,8 +46,20 @@ struct CloudLayout {
   }
 };
 
+/// Bytes of a point up to the end of x, y and z.
+[[nodiscard]] inline std::uint64_t endOfFields(const sensor_msgs::PointCloud2& cloud) {
+  std::uint64_t end = 0;
+  for (const char* name : {"x", "y", "z"}) {
+    const sensor_msgs::PointField* field = findField(cloud, name);
+    if (field == nullptr) continue;
+    const bool is_double = field->datatype == sensor_msgs::PointField::FLOAT64;
+    end = std::max(end, field->offset + std::uint64_t{is_double ? sizeof(double) : sizeof(float)});
+  }
+  return end;
+}
+
 /// The layout that a message describes. An impossible number is replaced if the size of the data allows
-/// only one value: height 0, point_step 0, and a row_step of 0 or of the whole cloud,
+/// only one value: height 0, a point_step that is less than the fields x, y and z, and a row_step of 0 or of the whole cloud,
 /// if the rows have no gaps.
 [[nodiscard]] inline CloudLayout layoutOf(const sensor_msgs::PointCloud2& cloud) {
   const std::uint64_t num_bytes = cloud.data.size();
@@ -62,8 +69,10 @@ struct CloudLayout {
   if (layout.height == 0 && given_row_bytes == num_bytes) layout.height = 1;
   if (layout.height == 0) return layout;
   const std::uint64_t num_points = layout.width * layout.height;
-  if (layout.point_step == 0 && num_bytes % num_points == 0)
+  if (layout.point_step < endOfFields(cloud) && num_bytes % num_points == 0 &&
+      num_bytes / num_points >= endOfFields(cloud)) {
     layout.point_step = num_bytes / num_points;
+  }
   const std::uint64_t row_bytes = layout.width * layout.point_step;
   if (row_bytes == 0) return layout;
   const bool has_no_gaps = num_bytes % row_bytes == 0 && num_bytes / row_bytes == layout.height;

@@ -10,6 +10,7 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <utility>
 
 namespace cuboid_mapping_ros {
 namespace {
@@ -71,6 +72,58 @@ LaserBeams chooseBeams(const LaserScan& scan, const CloudOptions& options) {
   return beams;
 }
 
+/// Corrects angles that contradict each other: an increment of 0, or one by which the scan goes round more than twice.
+/// Then the limits count, or if these go round too often, all angles are degrees. @return The warning; empty if the angles
+/// are good.
+std::string correctAngles(LaserScan& scan) {
+  const auto is_sane = [](double span) {
+    return span != 0.0 && std::abs(span) <= 4.0 * M_PI + 1e-3;
+  };
+  const double num_steps = static_cast<double>(scan.ranges.size()) - 1.0;
+  const double span = static_cast<double>(scan.angle_increment) * num_steps;
+  if (num_steps < 1.0 || is_sane(span)) return "";
+  const double limits = static_cast<double>(scan.angle_max) - static_cast<double>(scan.angle_min);
+  const std::string contradiction =
+      "angle_increment is " + cuboid_mapping::toText(static_cast<double>(scan.angle_increment)) +
+      ", which cannot be in a scan of " + std::to_string(scan.ranges.size()) + " ranges: ";
+  if (is_sane(limits)) {
+    scan.angle_increment = static_cast<float>(limits / num_steps);
+    return contradiction + "it is taken as " +
+           cuboid_mapping::toText(static_cast<double>(scan.angle_increment)) +
+           ", from angle_min to angle_max";
+  }
+  constexpr float kDegree = static_cast<float>(M_PI / 180.0);
+  if (!is_sane(static_cast<double>(kDegree) * span)) return "";
+  scan.angle_min *= kDegree;
+  scan.angle_increment *= kDegree;
+  return contradiction + "the angles are taken as degrees";
+}
+
+LaserScan toMetres(LaserScan scan, double unit_m) {
+  constexpr float kMostMetres = 1000.0F;
+  const auto unit = static_cast<float>(unit_m);
+  for (float& range : scan.ranges) range *= unit;
+  if (scan.range_max < kMostMetres)
+    return scan;  // The limits are in metres, whatever the ranges are in.
+  scan.range_min *= unit;
+  scan.range_max *= unit;
+  return scan;
+}
+
+/// Whether the ranges of a scan without a return differ, and are those of a scan in millimetres.
+bool areMillimetres(const LaserScan& scan) {
+  constexpr float kLeast = 1000.0F;
+  constexpr float kMost = 200000.0F;
+  std::size_t num_such = 0;
+  std::size_t num_positive = 0;
+  for (const float range : scan.ranges) {
+    if (!(range > 0.0F) || !std::isfinite(range)) continue;
+    ++num_positive;
+    if (range > kLeast && range < kMost && range != scan.ranges.front()) ++num_such;
+  }
+  return num_such > 0 && 2 * num_such >= num_positive;
+}
+
 struct Converter {
   const CloudOptions& options;
 
@@ -107,11 +160,18 @@ struct BytesOf {
 
 ConvertedCloud convertLaserScan(const LaserScan& scan, const CloudOptions& options) {
   if (auto error = checkScan(scan)) return *error;
-  const LaserBeams beams = chooseBeams(scan, options);
+  if (options.point_unit_m > 0.0 && options.point_unit_m != 1.0) {
+    CloudOptions in_metres = options;
+    in_metres.point_unit_m = 1.0;
+    return convertLaserScan(toMetres(scan, options.point_unit_m), in_metres);
+  }
+  LaserBeams beams = chooseBeams(scan, options);
+  std::string warning = correctAngles(beams.scan);
   sensor_msgs::PointCloud2 projected;
   laser_geometry::LaserProjection().projectLaser(beams.scan, projected, -1.0,
                                                  laser_geometry::channel_option::Index);
   CloudPoints cloud;
+  if (!warning.empty()) cloud.warnings.push_back(std::move(warning));
   cloud.points.reserve(projected.width);
   sensor_msgs::PointCloud2ConstIterator<float> point(projected, "x");
   sensor_msgs::PointCloud2ConstIterator<std::int32_t> index(projected, "index");
@@ -122,6 +182,12 @@ ConvertedCloud convertLaserScan(const LaserScan& scan, const CloudOptions& optio
     if (!options.wants_numbers) continue;
     (is_return ? cloud.point_numbers : cloud.no_return_numbers).push_back(number);
   }
+  if (cloud.points.empty() && options.point_unit_m == 0.0 && areMillimetres(scan)) {
+    return makeError(DropReason::kWrongUnit, scan,
+                     "most of its ranges are above 1000, and range_max is " +
+                         toMillimetres(scan.range_max) + " m");
+  }
+  if (auto error = checkUnit(cloud, options, scan.header)) return *error;
   cloud.num_invalid = beams.num_invalid;
   cloud.num_skipped = cloud.num_invalid - cloud.no_returns.size();
   if (cloud.points.empty() && cloud.no_returns.empty()) {

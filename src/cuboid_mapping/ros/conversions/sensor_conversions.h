@@ -36,21 +36,29 @@ struct SensorMessage {
 
 /// Converts a planar scan to points in its frame, where laser_geometry puts them.
 ///
+/// An angle_increment by which the scan would go round more than twice, or not turn at all, is replaced.
+///
 /// A range of at least range_min and below range_max is a return. NaN, +inf, -inf, 0, ranges beyond range_max,
 /// and the given ranges depend on `no_return_points`: beams without return of known direction, or nothing. Any
-/// other range is discarded, as sensor_msgs/LaserScan says.
+/// other range is discarded, as sensor_msgs/LaserScan says. With `point_unit_m`, limits below 1000 are in metres, other
+/// ones in that unit.
 ///
 /// @param options  T_cloud_sensor is ignored: the beams start in the scan's frame.
 /// @return At least one point or no-return; or the reason of refusal. @complexity O(ranges).
 [[nodiscard]] ConvertedCloud convertLaserScan(const sensor_msgs::LaserScan& scan,
                                               const CloudOptions& options = {});
 
+/// Whether a camera_info has a focal length: an uncalibrated camera has none.
+[[nodiscard]] bool hasFocalLength(const sensor_msgs::CameraInfo& camera);
+
 /// Converts a depth image to points in its frame: x right, y down, z forward (REP 103).
 ///
 /// Cases:
-///   - encoding 16UC1, 16SC1 or mono16: units of `depth_unit_m`, 0 is no measurement, and the greatest number
-///     is +inf; 32FC1: metres (REP 118). Both byte orders. An impossible step is replaced if the rows have no
-///     gaps;
+///   - encoding 16UC1, 16SC1 or mono16: 0 is no measurement, and the greatest number is +inf; 32FC1. Both byte
+///     orders, see findByteOrder(). An impossible step is replaced if the rows have no gaps;
+///   - `depth_unit_m` is the unit; if it is 0, whole numbers count millimetres, and 32FC1 metres (REP 118), or
+///     millimetres if half of the depths are whole numbers above 100. Depths that no camera measures in that
+///     unit are refused;
 ///   - compressed images of toCompressedImage() are decompressed first;
 ///   - an image of another size than the camera's is refused;
 ///   - the camera's projection matrix counts, or else its intrinsics. Region of interest and

@@ -14,13 +14,16 @@ constexpr double kMinStamp_s = 2.0;
 }  // namespace
 
 DeskewStep::DeskewStep(const NodeParameters& /*parameters*/, const SourceParameters& source)
-    : maps_no_returns_(source.no_return_range_m > 0.0) {}
+    : maps_no_returns_(source.no_return_range_m > 0.0), unit_s_(source.time_unit_s) {}
 
 std::vector<ParameterDeclaration> DeskewStep::declare() {
   return {{"deskew", "", boolean(&SourceParameters::deskew),
            "true: each point is put where the sensor was at the time of the point, by tf. Times "
            "come from the field time, t, offset_time or timestamp of a cloud, or from "
-           "time_increment of a scan. false: all points have the time of the stamp."}};
+           "time_increment of a scan. false: all points have the time of the stamp."},
+          {"time_unit", "s", number(&SourceParameters::time_unit_s, 0.0, 1.0),
+           "Unit of the times of points. 0: whole numbers are nanoseconds, others seconds, unless "
+           "only another unit makes a sweep of them. Set it if this guess is wrong."}};
 }
 
 std::vector<ParameterError> DeskewStep::check(const LoadedParameters& loaded) {
@@ -36,27 +39,37 @@ bool DeskewStep::isOn(const NodeParameters& /*parameters*/, const SourceParamete
   return source.deskew;
 }
 
-std::optional<std::vector<double>> DeskewStep::readTimes(const SensorMessage& message) const {
-  return readPointTimes(message, maps_no_returns_);
+std::optional<PointTimes> DeskewStep::readTimes(const SensorMessage& message) const {
+  return readPointTimes(message, maps_no_returns_, unit_s_);
 }
 
 Slices DeskewStep::findSlices(const SensorMessage& message) const {
   if (message.header().stamp.toSec() < kMinStamp_s) return {};
-  const auto times_s = readTimes(message);
-  return times_s ? cuboid_mapping_ros::findSlices(*times_s).value_or(Slices()) : Slices();
+  const auto times = readTimes(message);
+  return times ? cuboid_mapping_ros::findSlices(times->times_s).value_or(Slices()) : Slices();
 }
 
 std::optional<CloudError> DeskewStep::refuse(const SensorMessage& message,
                                              const Slices& slices) const {
   if (!slices.empty()) return std::nullopt;
+  if (message.header().stamp.toSec() >= kMinStamp_s && readTimes(message)) return std::nullopt;
   return describeError(DropReason::kNoPointTimes, "message", message.header(),
-                       "it has no time for each point within a second of its stamp, as deskew "
-                       "needs: a field time, t, offset_time or timestamp, or a time_increment");
+                       "it has no stamp, or no time for each point, as deskew needs: a field time, "
+                       "t, offset_time or timestamp, or a time_increment");
+}
+
+std::string DeskewStep::findWarning(const SensorMessage& message, const Slices& slices) const {
+  if (slices.empty()) {
+    return "deskew: the times of the points are not within a second of the stamp, and are ignored. "
+           "Correct them in the driver, or set time_unit";
+  }
+  const auto times = readPointTimes(message, true, unit_s_);
+  return times ? times->warning : "";
 }
 
 std::vector<CloudPoints> DeskewStep::divide(const SensorMessage& message, const CloudPoints& points,
                                             const Slices& slices) const {
-  return divideIntoSlices(points, readTimes(message).value(), slices);
+  return divideIntoSlices(points, readTimes(message).value().times_s, slices);
 }
 
 }  // namespace cuboid_mapping_ros

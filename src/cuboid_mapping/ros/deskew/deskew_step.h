@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "cuboid_mapping/ros/deskew/sweep.h"
 #include "cuboid_mapping/ros/mapping/sensor_step.h"
 
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace cuboid_mapping_ros {
@@ -20,15 +22,18 @@ class DeskewStep : public SensorStep {
   [[nodiscard]] Slices findSlices(const SensorMessage& message) const override;
   [[nodiscard]] std::optional<CloudError> refuse(const SensorMessage& message,
                                                  const Slices& slices) const override;
+  [[nodiscard]] std::string findWarning(const SensorMessage& message,
+                                        const Slices& slices) const override;
   void setOptions(CloudOptions& options) const override { options.wants_numbers = true; }
   [[nodiscard]] std::vector<CloudPoints> divide(const SensorMessage& message,
                                                 const CloudPoints& points,
                                                 const Slices& slices) const override;
 
  private:
-  [[nodiscard]] std::optional<std::vector<double>> readTimes(const SensorMessage& message) const;
+  [[nodiscard]] std::optional<PointTimes> readTimes(const SensorMessage& message) const;
 
   bool maps_no_returns_;  ///< Beams without return have times, too.
+  double unit_s_;
 };
 
 }  // namespace cuboid_mapping_ros

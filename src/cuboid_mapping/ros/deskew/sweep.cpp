@@ -1,17 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/deskew/sweep.h"
 
+#include "cuboid_mapping/ros/conversions/byte_order.h"
 #include "cuboid_mapping/ros/conversions/point_bytes.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace cuboid_mapping_ros {
 namespace {
 
 constexpr double kMaxTime_s = 1.0;
+constexpr double kNoTimeOfDay = std::numeric_limits<double>::infinity();
 
 std::int32_t sliceOf(double time_s) {
   return static_cast<std::int32_t>(
@@ -41,14 +44,20 @@ Slices dropStragglers(const Slices& slices, const std::vector<std::size_t>& coun
 
 using sensor_msgs::PointCloud2;
 using sensor_msgs::PointField;
-using Times = std::optional<std::vector<double>>;
+/// Numbers of a message's times, in their own unit.
+struct RawTimes {
+  std::vector<double> numbers;
+  double usual_unit_s = 1.0;
+  double stamp_s = 0.0;  ///< Infinite if the numbers are too coarse for times of day.
+};
+using Times = std::optional<RawTimes>;
 
 constexpr std::array<const char*, 6> kFieldNames{"time",      "t",          "offset_time",
                                                  "timestamp", "time_stamp", "timeStamp"};
-/// Times beyond this are times of day: no scan takes that long.
-constexpr double kLeastTimeOfDay_s = 1e6;
-/// Times beyond this are nanoseconds: seconds since 1970 are far less.
-constexpr double kLeastNanoseconds = 1e15;
+/// Shorter sweeps need no times, ...
+constexpr double kLeastSweep_s = 1e-3;
+/// ... and in another unit than the usual one they would be slow sweeps in the usual one.
+constexpr double kLeastOtherSweep_s = 5e-3;
 
 const PointField* findTimeField(const PointCloud2& cloud) {
   for (const char* name : kFieldNames) {
@@ -68,12 +77,11 @@ std::size_t numBytes(const PointField& field) {
   }
 }
 
-/// Time in seconds. @pre numBytes(field) bytes are there.
+/// @pre numBytes(field) bytes are there.
 double readTime(const PointField& field, const std::uint8_t* data, bool is_other_order) {
   switch (field.datatype) {
-    case PointField::INT32: return 1e-9 * readAs<std::int32_t, std::uint32_t>(data, is_other_order);
-    case PointField::UINT32:
-      return 1e-9 * readAs<std::uint32_t, std::uint32_t>(data, is_other_order);
+    case PointField::INT32: return readAs<std::int32_t, std::uint32_t>(data, is_other_order);
+    case PointField::UINT32: return readAs<std::uint32_t, std::uint32_t>(data, is_other_order);
     case PointField::FLOAT32: return readAs<float, std::uint32_t>(data, is_other_order);
     default: return readAs<double, std::uint64_t>(data, is_other_order);
   }
@@ -89,9 +97,9 @@ bool isWhole(const PointCloud2& cloud, const PointField& field) {
 }
 
 /// Replaces the times of points without return by NaN.
-void keepReturns(const std::vector<bool>& are_returns, std::vector<double>& times_s) {
-  for (std::size_t i = 0; i < std::min(are_returns.size(), times_s.size()); ++i) {
-    if (!are_returns[i]) times_s[i] = std::numeric_limits<double>::quiet_NaN();
+void keepReturns(const std::vector<bool>& are_returns, std::vector<double>& numbers) {
+  for (std::size_t i = 0; i < std::min(are_returns.size(), numbers.size()); ++i) {
+    if (!are_returns[i]) numbers[i] = std::numeric_limits<double>::quiet_NaN();
   }
 }
 
@@ -101,37 +109,77 @@ struct TimesReader {
   Times operator()(const PointCloud2::ConstPtr& cloud) const {
     const PointField* field = findTimeField(*cloud);
     if (field == nullptr || !isWhole(*cloud, *field)) return std::nullopt;
-    const bool is_other_order = isOtherOrder(*cloud);
-    const double stamp_s = cloud->header.stamp.toSec();
-    std::vector<double> times_s;
+    const bool is_other_order = findByteOrder(*cloud).is_other;
+    const bool is_whole =
+        field->datatype == PointField::INT32 || field->datatype == PointField::UINT32;
+    RawTimes times;
+    times.usual_unit_s = is_whole ? 1e-9 : 1.0;
+    times.stamp_s =
+        field->datatype == PointField::FLOAT64 ? cloud->header.stamp.toSec() : kNoTimeOfDay;
     const CloudLayout layout = layoutOf(*cloud);
-    times_s.reserve(layout.width * layout.height);
+    times.numbers.reserve(layout.width * layout.height);
     layout.forEachPoint([&](std::size_t offset) {
       const std::uint8_t* data = cloud->data.data() + offset + field->offset;
-      double time_s = readTime(*field, data, is_other_order);
-      if (time_s > kLeastNanoseconds) time_s *= 1e-9;
-      times_s.push_back(time_s > kLeastTimeOfDay_s ? time_s - stamp_s : time_s);
+      times.numbers.push_back(readTime(*field, data, is_other_order));
     });
-    if (!wants_no_returns) keepReturns(findReturns(*cloud), times_s);
-    return times_s;
+    if (!wants_no_returns) keepReturns(findReturns(*cloud), times.numbers);
+    return times;
   }
 
   Times operator()(const sensor_msgs::LaserScan::ConstPtr& scan) const {
     if (scan->time_increment == 0.0F) return std::nullopt;
-    std::vector<double> times_s;
-    times_s.reserve(scan->ranges.size());
+    RawTimes times;
+    times.stamp_s = kNoTimeOfDay;
+    times.numbers.reserve(scan->ranges.size());
     for (std::size_t i = 0; i < scan->ranges.size(); ++i) {
-      times_s.push_back(static_cast<double>(i) * static_cast<double>(scan->time_increment));
+      times.numbers.push_back(static_cast<double>(i) * static_cast<double>(scan->time_increment));
       const float range_m = scan->ranges[i];
       const bool is_return = range_m >= scan->range_min && range_m < scan->range_max;
       if (!is_return && !wants_no_returns)
-        times_s.back() = std::numeric_limits<double>::quiet_NaN();
+        times.numbers.back() = std::numeric_limits<double>::quiet_NaN();
     }
-    return times_s;
+    return times;
   }
 
   Times operator()(const DepthImage& /*depth*/) const { return std::nullopt; }
 };
+
+/// A time after the stamp.
+double toTime(double number, double unit_s, double stamp_s) {
+  const double time_s = unit_s * number;
+  return std::abs(time_s) < kMaxTime_s ? time_s : time_s - stamp_s;
+}
+
+/// Duration of nine tenths of the sweep, if its times have this unit; nothing if most of them are odd.
+std::optional<double> findDuration(const RawTimes& times, double unit_s) {
+  constexpr std::size_t kSamples = 1000;
+  std::vector<double> good_s;
+  std::size_t num_odd = 0;
+  for (std::size_t i = 0; i < times.numbers.size(); i += times.numbers.size() / kSamples + 1) {
+    const double time_s = toTime(times.numbers[i], unit_s, times.stamp_s);
+    if (std::isnan(time_s)) continue;
+    std::abs(time_s) < kMaxTime_s ? good_s.push_back(time_s) : (void)++num_odd;
+  }
+  if (good_s.empty() || good_s.size() < num_odd) return std::nullopt;
+  std::sort(good_s.begin(), good_s.end());
+  const std::size_t num_left_out = good_s.size() / 20;
+  return good_s[good_s.size() - 1 - num_left_out] - good_s[num_left_out];
+}
+
+struct TimeUnit {
+  double unit_s;
+  const char* name;
+};
+
+/// The unit that makes a sweep of the times; nothing if the usual one does, or none.
+std::optional<TimeUnit> findOtherUnit(const RawTimes& times) {
+  if (findDuration(times, times.usual_unit_s).value_or(0.0) >= kLeastSweep_s) return std::nullopt;
+  for (const TimeUnit unit : {TimeUnit{1.0, "seconds"}, TimeUnit{1e-3, "milliseconds"},
+                              TimeUnit{1e-6, "microseconds"}, TimeUnit{1e-9, "nanoseconds"}}) {
+    if (findDuration(times, unit.unit_s).value_or(0.0) >= kLeastOtherSweep_s) return unit;
+  }
+  return std::nullopt;
+}
 
 }  // namespace
 
@@ -184,9 +232,22 @@ std::vector<CloudPoints> divideIntoSlices(const CloudPoints& cloud,
   return parts;
 }
 
-std::optional<std::vector<double>> readPointTimes(const SensorMessage& message,
-                                                  bool wants_no_returns) {
-  return std::visit(TimesReader{wants_no_returns}, message.content);
+std::optional<PointTimes> readPointTimes(const SensorMessage& message, bool wants_no_returns,
+                                         double unit_s) {
+  Times raw = std::visit(TimesReader{wants_no_returns}, message.content);
+  if (!raw) return std::nullopt;
+  PointTimes times;
+  if (unit_s == 0.0) {
+    const auto other = findOtherUnit(*raw);
+    unit_s = other ? other->unit_s : raw->usual_unit_s;
+    if (other) {
+      times.warning = std::string("the times of the points are taken as ") + other->name +
+                      ", since only these make a sweep of them. If they are not, set time_unit";
+    }
+  }
+  times.times_s = std::move(raw->numbers);
+  for (double& time_s : times.times_s) time_s = toTime(time_s, unit_s, raw->stamp_s);
+  return times;
 }
 
 }  // namespace cuboid_mapping_ros

@@ -7,6 +7,7 @@
 #include "cuboid_mapping/ros/mapping/tf_poses.h"
 
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace cuboid_mapping_ros {
@@ -23,20 +24,29 @@ namespace cuboid_mapping_ros {
                                                         const std::vector<double>& times_s,
                                                         const Slices& slices);
 
-/// Times of the points of a message, in seconds after its stamp: for a cloud row by row, for a scan range by
+/// Times of the points of a message.
+struct PointTimes {
+  std::vector<double> times_s;  ///< After the stamp.
+  std::string warning;          ///< Names a unit that is not the usual one; else empty.
+};
+
+/// Reads the times of the points of a message, in seconds after its stamp: for a cloud row by row, for a scan range by
 /// range.
 ///
 /// Cases:
 ///   - a cloud with a field `time` or `t` (Velodyne, Ouster), `offset_time` or `timestamp` (Livox),
-///     `timestamp`, `time_stamp` or `timeStamp` (Hesai, RoboSense); the first one counts. Whole numbers are
-///     nanoseconds; floating-point numbers are seconds, or beyond 1e15 nanoseconds. Values beyond 1e6 s are
-///     times of day, others count from the stamp. Both byte orders;
+///     `timestamp`, `time_stamp` or `timeStamp` (Hesai, RoboSense); the first one counts. Both byte orders;
 ///   - a scan: its time_increment times the number of the range;
+///   - `unit_s` is the unit; if it is 0, whole numbers are nanoseconds, other ones seconds. If as such the sweep
+///     takes less than a millisecond or most times are a second or more from the stamp, the unit of s, ms, us and ns
+///     counts that makes a sweep of 5 ms or more of them;
+///   - times up to a second count from the stamp, others are times of day;
 ///   - NaN: the time is invalid, or the point is no return and these are not wanted.
 ///
 /// @return Nothing for a cloud without such a field, or with too little data; for a scan with
 ///         time_increment 0; for a depth image. @complexity O(points).
-[[nodiscard]] std::optional<std::vector<double>> readPointTimes(const SensorMessage& message,
-                                                                bool wants_no_returns = false);
+[[nodiscard]] std::optional<PointTimes> readPointTimes(const SensorMessage& message,
+                                                       bool wants_no_returns = false,
+                                                       double unit_s = 0.0);
 
 }  // namespace cuboid_mapping_ros

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <iterator>
 #include <stdexcept>
+#include <string>
 #include <thread>
 #include <utility>
 #include <variant>
@@ -80,6 +81,7 @@ Observed SensorInput::compute(const SensorMessage& cloud, const CloudPoses& pose
   CloudFigures& figures = observed.figures;
   CloudOptions options;
   options.depth_unit_m = source_.depth_unit_m;
+  options.point_unit_m = source_.point_unit_m;
   options.T_cloud_sensor = poses.T_map_cloud.inverse() * poses.T_map_sensor;
   for (const auto& step : steps_) step->setOptions(options);
   auto converted = convert(cloud, options);
@@ -89,6 +91,10 @@ Observed SensorInput::compute(const SensorMessage& cloud, const CloudPoses& pose
   }
   if (observed.error) return observed;
   auto& points = std::get<CloudPoints>(converted);
+  for (const auto& step : steps_) {
+    std::string warning = step->findWarning(cloud, poses.slices);
+    if (!warning.empty()) points.warnings.push_back(std::move(warning));
+  }
   figures.num_invalid = points.num_invalid;
   const Eigen::Vector3d sensor_cloud = options.T_cloud_sensor.translation();
   figures.reach_m = findReach(points, sensor_cloud, max_beam_m_);
@@ -198,11 +204,12 @@ std::vector<Scan> SensorInput::keep(std::vector<Scan> scans_body,
   return scans;
 }
 
-std::optional<KeptObservation> SensorInput::takeKept(const ros::Time& stamp,
+std::optional<KeptObservation> SensorInput::takeKept(const SensorMessage& cloud,
                                                      const CloudPoses& poses) {
   if (!poses.body) return std::nullopt;
   KeptObservation kept;
-  kept.cloud.stamp_ns = static_cast<std::int64_t>(stamp.toNSec());
+  kept.cloud.stamp_ns = static_cast<std::int64_t>(cloud.header().stamp.toNSec());
+  kept.cloud.source = cloud.source;
   kept.cloud.T_map_body = poses.body->T_map_body;
   kept.cloud.scans_body = std::move(kept_scans_);
   kept.config.sensor_model = source_.sensor_model;

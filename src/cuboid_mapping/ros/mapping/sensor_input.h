@@ -50,7 +50,7 @@ class SensorInput {
   [[nodiscard]] const std::vector<Scan>& scans() const { return scans_; }
 
   /// The last accepted cloud, for the history; nothing without keep_clouds.
-  [[nodiscard]] std::optional<KeptObservation> takeKept(const ros::Time& stamp,
+  [[nodiscard]] std::optional<KeptObservation> takeKept(const SensorMessage& cloud,
                                                         const CloudPoses& poses);
 
   /// Warnings about the clouds so far, each once; see CloudChecks.

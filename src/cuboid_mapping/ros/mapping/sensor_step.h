@@ -16,6 +16,7 @@
 
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace cuboid_mapping_ros {
@@ -54,6 +55,11 @@ class SensorStep {
   [[nodiscard]] virtual std::optional<CloudError> refuse(const SensorMessage& /*message*/,
                                                          const Slices& /*slices*/) const {
     return std::nullopt;
+  }
+  /// A warning about a message that is mapped; else empty.
+  [[nodiscard]] virtual std::string findWarning(const SensorMessage& /*message*/,
+                                                const Slices& /*slices*/) const {
+    return {};
   }
   virtual void setOptions(CloudOptions& /*options*/) const {}
   /// Points of each slice. Only called if findSlices() of this step found some.

@@ -216,7 +216,7 @@ void MappingNode::integrate(const PosedCloud& posed) {
   const ScanUpdate& mapped =
       filter(*observed.update, {source.input.scans(), stamp, poses.window_center_map});
   map_.integrate(stamp, mapped, source.input.sensorModel(), poses.window_center_map,
-                 source.input.takeKept(stamp, poses));
+                 source.input.takeKept(cloud, poses));
   observed.figures.apply_ms = stopwatch.lap();
   ledger_.noteInserted(cloud.source, observed.figures,
                        {1e-3 * whole.lap(), steadySeconds() - posed.arrival_s});
