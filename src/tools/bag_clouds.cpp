@@ -23,13 +23,14 @@ namespace cuboid_mapping_ros {
 namespace {
 
 /// Opens scan folders; nothing if the inputs are bags.
-std::optional<ScanFolders> openFolders(const std::vector<std::string>& paths) {
+std::optional<ScanFolders> openFolders(const BagOptions& options) {
+  const std::vector<std::string>& paths = options.inputs;
   const auto count = std::count_if(paths.begin(), paths.end(), ScanFolders::isOne);
   if (count == 0) return std::nullopt;
   if (static_cast<std::size_t>(count) < paths.size()) {
     throw std::runtime_error("rosbags and scan folders do not go together: map one kind of them");
   }
-  return ScanFolders(paths);
+  return ScanFolders(paths, cuboid_mapping::parseBinRow(options.bin_row));
 }
 
 /// The parameters of the options, and the keys that were set.
@@ -109,6 +110,7 @@ std::optional<int> parseBagOptions(cuboid_mapping::CommandLine& line, int argc, 
   line.addText("poses-of", options.poses_of,
                "frame of these poses, such as base_link; default: the frame of the clouds, "
                "or the child frame of an Odometry");
+  line.addText("bin-row", options.bin_row, cuboid_mapping::kBinRowHelp);
   line.addText("params", options.parameter_file,
                "YAML file with parameters of the node, such as config/default.yaml");
   line.addTexts(
@@ -131,7 +133,7 @@ cuboid_mapping::MapFormat checkOutput(const BagOptions& options) {
 
 BagClouds::BagClouds(std::string program, const BagOptions& options)
     : program_(std::move(program)),
-      folders_(openFolders(options.inputs)),
+      folders_(openFolders(options)),
       bags_(folders_ ? std::vector<std::string>() : options.inputs) {
   const OptionParameters read = readOptionParameters(program_, options);
   parameters_ = read.parameters;
@@ -143,6 +145,7 @@ BagClouds::BagClouds(std::string program, const BagOptions& options)
     transforms_.read(bags_, topics, options.tf, options.transforms);
     say(transforms_.notes());
     readPoses(topics, options, read.has_frame);
+    if (!poses_) transforms_.checkRuns(topics);
     if (!read.has_frame && !poses_) chooseFrame(topics);
     const ChosenSources chosen = chooseSources(topics, parameters_, read.has_type, options.topics);
     say(chosen.notes);
@@ -179,7 +182,7 @@ void BagClouds::readPoses(const BagTopics& topics, const BagOptions& options, bo
     if (options.poses_of.empty()) return;
     throw std::runtime_error("--poses-of needs poses: name them with --poses");
   }
-  poses_ = readBagPoses(bags_, topics, options.poses);
+  poses_ = readBagPoses(bags_, topics, options.poses, parameters_.tf_gap_s);
   if (!options.poses_of.empty()) poses_->body_frame_id = withoutSlash(options.poses_of);
   say({poses_->note});
   const std::string& frame_id = poses_->map_frame_id;

@@ -28,6 +28,7 @@ struct BagOptions {
   std::string output;
   std::vector<std::string> topics;      ///< Empty: see chooseSources().
   std::string tf;                       ///< See BagTransforms::read().
+  std::string bin_row;                  ///< See parseBinRow(); empty: found from the data.
   std::vector<std::string> transforms;  ///< Static transforms that the bags lack.
   std::string poses;                    ///< See readBagPoses(); empty: poses of tf.
   std::string poses_of;  ///< Frame of the body; empty: that of the topic, or else of the clouds.

@@ -5,12 +5,14 @@
 #include "cuboid_mapping/history/pose_file.h"
 #include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/conversions/pose_messages.h"
+#include "cuboid_mapping/ros/mapping/to_and_fro.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 
 #include <geometry_msgs/PoseStamped.h>
 #include <nav_msgs/Odometry.h>
 #include <nav_msgs/Path.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <iomanip>
 #include <sstream>
@@ -76,6 +78,15 @@ Gathered readTopic(BagFiles& bags, const BagTopics& topics, const std::string& g
   return gathered;
 }
 
+bool areOfTwoRuns(std::vector<StampedPose> poses) {
+  std::stable_sort(poses.begin(), poses.end(), [](const StampedPose& a, const StampedPose& b) {
+    return a.stamp_ns < b.stamp_ns;
+  });
+  ToAndFro jumps;
+  for (const StampedPose& pose : poses) jumps.add(pose.T_map_body.translation());
+  return jumps.isSeen();
+}
+
 std::string describe(const PoseTrack& track, const std::string& name) {
   std::ostringstream text;
   text << "takes " << cuboid_mapping::counted(track.size(), "pose") << " of " << name << ", from "
@@ -86,7 +97,8 @@ std::string describe(const PoseTrack& track, const std::string& name) {
 
 }  // namespace
 
-BagPoses readBagPoses(BagFiles& bags, const BagTopics& topics, const std::string& file_or_topic) {
+BagPoses readBagPoses(BagFiles& bags, const BagTopics& topics, const std::string& file_or_topic,
+                      double max_gap_s) {
   std::error_code ignored;
   Gathered gathered;
   std::size_t num_left_out = 0;
@@ -95,11 +107,16 @@ BagPoses readBagPoses(BagFiles& bags, const BagTopics& topics, const std::string
   } else {
     gathered = readTopic(bags, topics, file_or_topic);
     const std::size_t num_poses = gathered.poses.size();
+    if (areOfTwoRuns(gathered.poses)) {
+      throw std::runtime_error("--poses " + file_or_topic +
+                               ": the poses jump to and fro between two places, as those of two "
+                               "runs. Map each run by itself, and merge the maps with map_merge");
+    }
     gathered.poses = tidyPoses(std::move(gathered.poses));
     num_left_out = num_poses - gathered.poses.size();
   }
   try {
-    PoseTrack track(std::move(gathered.poses));
+    PoseTrack track(std::move(gathered.poses), max_gap_s);
     std::string note = describe(track, file_or_topic);
     if (num_left_out > 0) {
       note += "; leaves out " + std::to_string(num_left_out) +
@@ -124,6 +141,16 @@ PoseSearch findPosesOn(const PoseTrack& track, const std::string& body_frame_id,
       text << "the poses of --poses do not reach to " << stamp << " s";
       search = PoseSearch();
       search.why = text.str();
+      return false;
+    }
+    if (const auto gap = track.findGap(stamp_ns)) {
+      std::ostringstream text;
+      text.precision(3);
+      text << "--poses has no pose for " << 1e-9 * static_cast<double>(gap->end_ns - gap->begin_ns)
+           << " s";
+      search = PoseSearch();
+      search.why = text.str();
+      search.hopeless = DropReason::kTfGap;
       return false;
     }
     const Eigen::Isometry3d T_map_body = track.at(stamp_ns);

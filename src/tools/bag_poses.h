@@ -24,7 +24,7 @@ struct BagPoses {
 /// nav_msgs/Odometry or geometry_msgs/PoseStamped. @throws std::runtime_error  naming the error, and the
 /// available topics.
 [[nodiscard]] BagPoses readBagPoses(BagFiles& bags, const BagTopics& topics,
-                                    const std::string& file_or_topic);
+                                    const std::string& file_or_topic, double max_gap_s);
 
 /// As findPoses(), with the poses of a body: tf has the sensors' poses on it. Nothing outside the poses, as for
 /// tf. @param body_frame_id  Empty: the cloud's frame.

@@ -62,9 +62,13 @@ void BagMessages::add(std::size_t source) {
         collect(has_info ? parameters.camera_info : cameraInfoBeside(withSlash(parameters.topic)));
   }
   std::map<ros::Time, std::size_t> camera_at;
+  std::map<ros::Time, std::size_t> uncalibrated_at;
   for (std::size_t i = cameras.first; i < cameras.second; ++i) {
-    camera_at.emplace(bags_.readStamp(instances_[i]), i);
+    const auto camera = bags_.read<sensor_msgs::CameraInfo>(instances_[i]);
+    if (!camera) continue;
+    (hasFocalLength(*camera) ? camera_at : uncalibrated_at).emplace(camera->header.stamp, i);
   }
+  if (camera_at.empty()) camera_at.swap(uncalibrated_at);  // The refusal of the images says why.
   const bool needs_stamp = is_depth || sources_.size() > 1 || parameters.max_rate_hz > 0.0;
   RateLimit rate_limit(parameters.max_rate_hz);
   for (std::size_t i = range.first; i < range.second; ++i) {

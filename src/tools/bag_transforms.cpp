@@ -3,11 +3,13 @@
 
 #include "command_line.h"
 #include "cuboid_mapping/io/text.h"
+#include "cuboid_mapping/ros/mapping/to_and_fro.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 
 #include <console_bridge/console.h>
 #include <tf2_msgs/TFMessage.h>
 
+#include <algorithm>
 #include <set>
 #include <stdexcept>
 
@@ -114,6 +116,7 @@ void BagTransforms::read(BagFiles& bags, const BagTopics& topics, const std::str
 
 void BagTransforms::readTopics(BagFiles& bags, const std::vector<std::string>& topics) {
   TfLog log;
+  std::map<std::string, Moving> moving;
   for (const BagMessage& message : bags.collect(topics)) {
     cuboid_mapping::throwIfInterrupted();
     const auto transforms = bags.read<tf2_msgs::TFMessage>(message);
@@ -124,12 +127,43 @@ void BagTransforms::readTopics(BagFiles& bags, const std::vector<std::string>& t
         statics_.push_back({message.instance.getTime(), tidyTransform(transform)});
       } else {
         (void)tf_.setTransform(transform, "bag");
+        Moving& frame = moving[withoutSlash(transform.child_frame_id)];
+        const auto& position = transform.transform.translation;
+        frame.positions.emplace_back(transform.header.stamp,
+                                     Eigen::Vector3d(position.x, position.y, position.z));
+        frame.files.insert(bags[message.bag].getFileName());
       }
     }
   }
   setFirstStatics();
+  findRuns(std::move(moving));
   const std::vector<std::string> left_out = log.describe();
   notes_.insert(notes_.end(), left_out.begin(), left_out.end());
+}
+
+void BagTransforms::findRuns(std::map<std::string, Moving> frames) {
+  for (auto& [name, frame] : frames) {
+    auto& positions = frame.positions;
+    std::stable_sort(positions.begin(), positions.end(),
+                     [](const auto& a, const auto& b) { return a.first < b.first; });
+    ToAndFro jumps;
+    for (const auto& item : positions) jumps.add(item.second);
+    if (jumps.isSeen()) torn_[name] = std::move(frame.files);
+  }
+}
+
+void BagTransforms::checkRuns(const BagTopics& topics) const {
+  for (const auto& [name, topic] : topics.all()) {
+    if (!topic.type || torn_.empty()) continue;
+    for (const std::string& frame_id : tf_.findAncestors(topic.frame_id)) {
+      const auto torn = torn_.find(frame_id);
+      if (torn == torn_.end()) continue;
+      throw std::runtime_error("'" + frame_id + "' jumps to and fro between two places: " +
+                               cuboid_mapping::join(torn->second, ", ") +
+                               " has transforms of two runs, robots or publishers. Map each run by "
+                               "itself (rosbag filter divides a bag), and merge the maps with map_merge");
+    }
+  }
 }
 
 void BagTransforms::setFirstStatics() {

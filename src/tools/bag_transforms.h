@@ -7,9 +7,12 @@
 
 #include <geometry_msgs/TransformStamped.h>
 
+#include <Eigen/Core>
+
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -37,6 +40,10 @@ class BagTransforms {
     (void)tf_.setTransform(transform, "scans");
   }
 
+  /// Refuses transforms of two runs or two robots: poses between them would be torn. @throws std::runtime_error if the
+  /// frame of a sensor, or one above it, jumps to and fro.
+  void checkRuns(const BagTopics& topics) const;
+
   /// Applies static transforms recorded up to a time. @pre It is not before that of the last call.
   void advance(const ros::Time& time);
 
@@ -51,12 +58,20 @@ class BagTransforms {
     geometry_msgs::TransformStamped transform;
   };
 
+  /// Transforms of a moving frame, while the bags are read.
+  struct Moving {
+    std::vector<std::pair<ros::Time, Eigen::Vector3d>> positions;
+    std::set<std::string> files;
+  };
+
+  void findRuns(std::map<std::string, Moving> frames);
   void readTopics(BagFiles& bags, const std::vector<std::string>& topics);
   void setFirstStatics();
 
   TfBuffer tf_{ros::Duration(1e6)};       // long enough for any bag
   std::vector<StaticTransform> statics_;  ///< Static transforms in the order of their times.
   std::size_t num_taken_ = 0;             ///< Number of static ones taken by advance().
+  std::map<std::string, std::set<std::string>> torn_;  ///< Frames of two runs, and the files of these.
   std::vector<std::string> notes_;
 };
 

@@ -90,6 +90,14 @@ void DepthPairs::add(const sensor_msgs::Image::ConstPtr& image) {
 }
 
 void DepthPairs::add(const sensor_msgs::CameraInfo::ConstPtr& camera) {
+  const auto is_uncalibrated = [](const auto& other) { return !hasFocalLength(*other); };
+  // Without any calibrated one, the refusal of the images says so.
+  if (is_uncalibrated(camera)) {
+    if (!cameras_.empty() && !is_uncalibrated(cameras_.back())) return;
+  } else {
+    cameras_.erase(std::remove_if(cameras_.begin(), cameras_.end(), is_uncalibrated),
+                   cameras_.end());
+  }
   cameras_.push_back(camera);
   if (cameras_.size() > kMaxCameras) cameras_.pop_front();
   num_images_since_camera_ = 0;

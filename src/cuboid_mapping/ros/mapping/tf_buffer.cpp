@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/mapping/tf_buffer.h"
 
+#include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 
@@ -111,17 +112,34 @@ void TfReceiver::take(const Event& event, bool is_static) {
     ROS_WARN_NAMED(kNodeName, "time has jumped back by %.1f s: the tf buffer is cleared",
                    latest_.toSec() - now.toSec());
     buffer_.clear();
+    moving_.clear();
     latest_ = now;
   }
   latest_ = std::max(latest_, now);
   for (const auto& transform : event.getConstMessage()->transforms) {
     try {
       buffer_.setTransform(transform, event.getPublisherName(), is_static);
+      if (!is_static) noteMove(transform, event.getPublisherName());
     } catch (const tf2::TransformException& exception) {
       ROS_ERROR_STREAM_THROTTLE(10.0, "a transform of '" << transform.child_frame_id
                                                          << "' is ignored: " << exception.what());
     }
   }
+}
+
+void TfReceiver::noteMove(const geometry_msgs::TransformStamped& transform,
+                          const std::string& publisher) {
+  Moving& frame = moving_[transform.child_frame_id];
+  const auto& position = transform.transform.translation;
+  frame.jumps.add(Eigen::Vector3d(position.x, position.y, position.z));
+  frame.publishers.insert(publisher);
+  if (frame.is_said || !frame.jumps.isSeen()) return;
+  frame.is_said = true;
+  ROS_WARN_STREAM_NAMED(kNodeName, "'" << transform.child_frame_id
+                                       << "' jumps to and fro between two places: its transforms "
+                                          "are of two runs, robots or publishers ("
+                                       << cuboid_mapping::join(frame.publishers, ", ")
+                                       << "). Clouds between them are misplaced: stop one of them");
 }
 
 }  // namespace cuboid_mapping_ros

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "cuboid_mapping/ros/mapping/to_and_fro.h"
+
 #include <geometry_msgs/TransformStamped.h>
 #include <ros/duration.h>
 #include <ros/message_event.h>
@@ -14,6 +16,7 @@
 #include <map>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -47,6 +50,9 @@ class TfBuffer : public tf2::BufferCore {
   [[nodiscard]] std::optional<TfGap> findGap(const std::string& target, const std::string& source,
                                              const ros::Time& stamp) const;
 
+  /// A frame and its ancestors, the root last.
+  [[nodiscard]] std::vector<std::string> findAncestors(const std::string& frame_id) const;
+
  private:
   /// Times of a moving frame.
   struct Times {
@@ -56,9 +62,6 @@ class TfBuffer : public tf2::BufferCore {
   };
 
   void noteTime(Times& times, double stamp_s) const;
-  /// A frame and its ancestors, the root last.
-  [[nodiscard]] std::vector<std::string> findAncestors(const std::string& frame_id) const;
-
   double cache_s_;
   double max_gap_s_;
   mutable std::mutex mutex_;
@@ -80,9 +83,19 @@ class TfReceiver {
  private:
   using Event = ros::MessageEvent<const tf2_msgs::TFMessage>;
 
+  /// A moving frame, and who publishes its transforms.
+  struct Moving {
+    ToAndFro jumps;
+    std::set<std::string> publishers;
+    bool is_said = false;
+  };
+
   void take(const Event& event, bool is_static);
+  /// Warns once if two runs, robots or publishers share the name of a frame.
+  void noteMove(const geometry_msgs::TransformStamped& transform, const std::string& publisher);
 
   TfBuffer& buffer_;
+  std::map<std::string, Moving> moving_;
   ros::Time latest_;  ///< Latest time of the node.
   ros::Subscriber subscriber_;
   ros::Subscriber static_subscriber_;

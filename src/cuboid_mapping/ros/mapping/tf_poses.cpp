@@ -12,6 +12,24 @@
 namespace cuboid_mapping_ros {
 namespace {
 
+/// A frame, such as a link of a URDF, or if tf does not know it that with a prefix: the one of the cloud's frame, or else
+/// the only one, as in "robot1/arm".
+std::string findPrefixed(const tf2::BufferCore& tf, const std::string& frame_id,
+                         const std::string& cloud_frame_id) {
+  if (tf._frameExists(withoutSlash(frame_id))) return frame_id;
+  const std::string ending = '/' + withoutSlash(frame_id);
+  const std::string beside = cloud_frame_id.substr(0, cloud_frame_id.rfind('/')) + ending;
+  if (tf._frameExists(beside)) return beside;
+  std::vector<std::string> known;
+  tf._getFrameStrings(known);
+  const auto is_other = [&ending](const std::string& name) {
+    return name.size() <= ending.size() ||
+           name.compare(name.size() - ending.size(), ending.size(), ending) != 0;
+  };
+  known.erase(std::remove_if(known.begin(), known.end(), is_other), known.end());
+  return known.size() == 1 ? known.front() : frame_id;
+}
+
 std::string describeGap(const TfGap& gap) {
   std::ostringstream text;
   text.precision(3);
@@ -152,8 +170,12 @@ std::vector<std::string> PoseFrames::needed() const {
   return frame_ids;
 }
 
-PoseSearch findPoses(const TfBuffer& tf, const PoseFrames& frames, const std_msgs::Header& header,
+PoseSearch findPoses(const TfBuffer& tf, const PoseFrames& given, const std_msgs::Header& header,
                      const Slices& slices) {
+  PoseFrames frames = given;
+  for (StepFrame& frame : frames.steps) {
+    frame.frame_id = findPrefixed(tf, frame.frame_id, withoutSlash(header.frame_id));
+  }
   PoseSearch search = lookupPoses(tf, frames, header, slices);
   if (search.poses || search.hopeless || header.stamp.isZero()) return search;
   const double last_s = slices.empty() ? 0.0 : middleOf(slices.back()).toSec();
