@@ -146,13 +146,13 @@ class RecordingsTest(InputCase):
     def test_links_of_a_robot_are_found_with_the_prefix_of_its_frames(self):
         (self.folder / 'robot.urdf').write_text(URDF)
         on_robot = ROW + [(1.0, 0.0, 0.0)]
-        options = {'self_filter/urdf_file': self.folder / 'robot.urdf'}
+        options = {'self_filter/robot_description': self.folder / 'robot.urdf'}
         for names in (['arm'], ['r1/arm'], ['r1/arm', 'r2/arm']):
             records = [('/tf_static', make_tf('map', 'r1/lidar'), 0.0)]
             records += [('/tf_static', make_tf('map', name, position=(1.0 if name != 'r2/arm' else 9.0, 0.0, 0.0)), 0.0)
                         for name in names]
             records += clouds(make_cloud(on_robot, frame='r1/lidar'))
-            self.map_records(records, '--set', f'self_filter/urdf_file={self.folder}/robot.urdf')
+            self.map_records(records, '--set', f'self_filter/robot_description={self.folder}/robot.urdf')
             self.assertEqual(self.voxels(), set(ROW), names)
         self.expect_of_node(records, **options)
 
