@@ -71,7 +71,7 @@ const std::vector<std::pair<Group, std::vector<std::string>>> kGroupKeys = {
     {Group::kSensor, {"self_filter/", "moving_points", "base_frame_id", "tf_wait", "queue_size"}},
     {Group::kMap,
      {"environment", "fusion", "sensor_model/", "map_file", "autosave_period", "window/",
-      "keep_clouds/", "forget_", "start_free", "merge/"}},
+      "keep_clouds/", "forget", "start_free", "merge/"}},
     {Group::kOutput,
      {"publish_", "latch", "keyframe_period", "color", "markers/", "robot_grid/", "occupancy_",
       "min_x_size", "min_y_size", "projected_map", "filter_speckles", "height_map", "observation"}},
