@@ -74,8 +74,9 @@ TEST_P(NodeJump, TakesAllOfTheMapAlong) {
   }
   EXPECT_EQ(saveMap(), expected);
   EXPECT_TRUE(waitFor([&] {
-    return client.read(
-        [&](const auto& map) { return cuboid_mapping::test::voxelsOf(map) == expected; });
+    return client.read([&](const cuboid_mapping::CuboidMap& map) {
+      return cuboid_mapping::test::voxelsOf(map) == expected;
+    });
   })) << "who follows the map has it in the new frame";
 
   publishRoom(ros::Time(time_s_));  // A late cloud, in the old frame.
