@@ -45,6 +45,9 @@ class ReferenceTest(unittest.TestCase):
         cmake = (ROOT / 'src/programs.cmake').read_text()
         calls = re.findall(r'(?:cuboid_mapping_install_(?:programs|extras)\(|install\(TARGETS)([^)]*)', cmake)
         named = re.findall(r'\b[a-z_]+\b', ' '.join(call.split('RUNTIME')[0] for call in calls))
+        named += re.findall(r'(?:python|examples)/(?:\w+/)?([\w.]+)', re.search(
+            r'catkin_install_python\(PROGRAMS([^)]*)', (ROOT / 'cmake/ros_package.cmake').read_text())[1])
+        named.remove('check_arguments')  # Launch files call it.
         listed = [name for names in reference.PROGRAMS.values() for name in names]
         self.assertGreater(len(named), 8)
         for program in named:
