@@ -24,6 +24,10 @@ namespace py = pybind11;
 /// Exception of the functions below, Python's ValueError. Its text names the argument, and the requirement.
 using Error = std::invalid_argument;
 
+/// numpy would drop a mask and imaginary parts, and parse texts. @throws Error  for a masked array, and for values that
+/// are no real numbers.
+void requireRealNumbers(const py::handle& values);
+
 /// Contiguous array of real numbers, or values that numpy converts to these. See requireRealNumbers().
 template <typename T>
 class Numbers : public py::array_t<T, py::array::c_style | py::array::forcecast> {
@@ -32,13 +36,17 @@ class Numbers : public py::array_t<T, py::array::c_style | py::array::forcecast>
   using Base::Base;
   Numbers() = default;
   explicit Numbers(Base&& base) : Base(std::move(base)) {}
+  /// For py::cast(). @throws Error  as requireRealNumbers().
+  explicit Numbers(const py::object& values) : Base(checked(values)) {}
+
+ private:
+  static const py::object& checked(const py::object& values) {
+    requireRealNumbers(values);
+    return values;
+  }
 };
 using Doubles = Numbers<double>;
 using Floats = Numbers<float>;
-
-/// numpy would drop a mask and imaginary parts, and parse texts. @throws Error  for a masked array, and for values that
-/// are no real numbers.
-void requireRealNumbers(const py::handle& values);
 
 /// @param name  Name of the argument. @throws Error  unless the array is (n, 3), or empty.
 [[nodiscard]] std::vector<Eigen::Vector3d> toPoints(const Doubles& array, const char* name);
