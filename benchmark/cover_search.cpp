@@ -2,7 +2,7 @@
 #include "cover_search.h"
 
 #include "cuboid_mapping/boxes/joined_cuboids.h"
-#include "cuboid_mapping/boxes/voxel_set.h"
+#include "cuboid_mapping/query/voxel_set.h"
 
 #include <chrono>
 #include <cmath>

@@ -34,12 +34,18 @@ py::array_t<double> toMetres(MapAccess& access, const BoxesT& boxes) {
 }
 
 py::object cover(MapAccess& access, long max_boxes, const py::object& region,
-                 const py::object& keep_free) {
+                 const py::object& keep_free, double keep_passages_m, const py::object& previous) {
+  require(std::isfinite(keep_passages_m) && keep_passages_m >= 0.0,
+          "keep_passages must be finite and >= 0");
   CoverTask task;
+  task.keep_passages_m = keep_passages_m;
   task.max_boxes = toMaxBoxes(max_boxes);
   task.region = toRegion(access, region);
   if (!keep_free.is_none()) {
     task.keep_free = toCellBoxes(access.grid(), keep_free.cast<Doubles>(), "keep_free");
+  }
+  if (!previous.is_none()) {
+    task.previous = toCellBoxes(access.grid(), previous.cast<Doubles>(), "previous");
   }
   const auto answer = access.read(
       [&](const CuboidMap& map) { return coverOccupied(map, task, Budget::unlimited()); });
@@ -50,7 +56,7 @@ py::object cover(MapAccess& access, long max_boxes, const py::object& region,
                 std::to_string(found.boxes.size()) + " are needed; or choose a region");
   }
   return makeResult("BoxCover", toMetres(access, found.boxes), found.occupied_volume_m3,
-                    found.added_volume_m3, found.left_out_volume_m3);
+                    found.added_volume_m3, found.left_out_volume_m3, toMetres(access, found.lost));
 }
 
 py::object findFree(MapAccess& access, long max_boxes, const py::object& region, bool overlap) {
@@ -126,12 +132,15 @@ py::object distances(MapAccess& access, const Doubles& array, double bound_m,
 
 void bindBoxQueries(MapClass& map) {
   map.def("cover_occupied", cover, "max_boxes"_a, "region"_a = py::none(),
-          "keep_free"_a = py::none(),
+          "keep_free"_a = py::none(), "keep_passages"_a = 0.5, "previous"_a = py::none(),
           R"(Covers all occupied voxels by at most max_boxes boxes that add little volume.
 
 max_boxes: > 0. region: (6,), metres; None: the whole map.
 keep_free: (k, 6), metres, such as the robot: no box of the answer shares a voxel with one of these.
-Returns results.BoxCover, the largest box first; boxes may overlap. The added volume need not be the least possible.
+keep_passages: edges of a robot's box, metres. What it can reach in the map stays reachable beside the boxes, or
+`lost` names the places; 0: not looked at.
+previous: (k, 6), metres, boxes of the last answer: those that still fit are taken over, at their places in the list.
+Returns results.BoxCover, the largest box first unless `previous` is given; boxes may overlap. The added volume need not be the least possible.
 Raises ValueError if more boxes are needed: keep_free lies between the voxels, or these are very far apart.)");
   map.def("free_boxes", findFree, "max_boxes"_a, "region"_a = py::none(), "overlap"_a = false,
           R"(Finds at most max_boxes free boxes that hold much of the free space.

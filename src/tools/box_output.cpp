@@ -41,6 +41,7 @@ BoxCover cover(const CuboidMap& map, const CellBox& region, const BoxOptions& op
   task.max_boxes = options.max_boxes;
   task.region = region;
   task.keep_free = toKeepFree(options.keep_free, map.grid());
+  task.keep_passages_m = options.keep_passages_m;
   const auto found = coverOccupied(map, task, Budget::unlimited());
   if (found.isNotFound()) {
     throw std::runtime_error(
@@ -52,7 +53,7 @@ BoxCover cover(const CuboidMap& map, const CellBox& region, const BoxOptions& op
   return found.value;
 }
 
-std::string describe(const BoxCover& cover) {
+std::string describe(const BoxCover& cover, const Grid& grid) {
   const auto volume = [](double volume_m3) {
     std::ostringstream out;
     out.precision(3);
@@ -65,6 +66,11 @@ std::string describe(const BoxCover& cover) {
                      volume(cover.added_volume_m3) + " added";
   if (cover.left_out_volume_m3 > 0.0) {
     text += ", " + volume(cover.left_out_volume_m3) + " occupied left out by --keep-free";
+  }
+  for (const CellBox& place : cover.lost) {
+    std::ostringstream out;
+    out << grid.centerOf(place).transpose();
+    text += "\nno longer reachable beside the boxes (--keep-passages): " + out.str();
   }
   return text;
 }
@@ -102,7 +108,7 @@ std::string writeBoxes(const std::string& file, const MapSnapshot& snapshot,
   if (options.max_boxes > 0) {
     const BoxCover found = cover(map, region, options);
     for (const CellBox& box : found.boxes) cuboids.push_back({box, Occupancy::kOccupied});
-    description = describe(found);
+    description = describe(found, map.grid());
   } else {
     const CuboidFilter classes = options.are_joined ? CuboidFilter::kAll : CuboidFilter::kOccupied;
     cuboids = joinCuboids(map, region, classes, Budget::unlimited()).value;

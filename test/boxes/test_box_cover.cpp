@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <map>
 #include <set>
 
 namespace cuboid_mapping {
@@ -185,8 +186,151 @@ TEST(BoxCover, refusesNoBoxesAndEmptyRegions) {
   EXPECT_TRUE(coverOccupied(map, task, Budget::unlimited()).isFound());
   task.region = {};
   EXPECT_FALSE(coverOccupied(map, task, Budget::unlimited()).fault.empty());
+  task.region = kAllCells;
+  task.keep_passages_m = -1.0;
+  EXPECT_FALSE(coverOccupied(map, task, Budget::unlimited()).fault.empty());
+  task.keep_passages_m = 0.5;
   task.region = {{100, 100, 100}, {200, 200, 200}};
   EXPECT_TRUE(coverOccupied(map, task, Budget::unlimited())->boxes.empty());
+}
+
+/// A storey of free voxels with two rooms, noise along the walls, and a door of 6 voxels between them.
+CuboidMap makeRooms(Random& random) {
+  CuboidMap map;
+  const CellBox storey{{0, 0, 0}, {60, 30, 8}};
+  map.replace(storey, std::vector<UniformBox>{{storey, -1.0F}});
+  const auto fill = [&](const CellBox& box) {
+    map.replace(box, std::vector<UniformBox>{{box, 1.0F}});
+  };
+  const std::int32_t door = random.integer(5, 19);
+  fill({{30, 0, 0}, {31, door, 8}});
+  fill({{30, door + 6, 0}, {31, 30, 8}});
+  for (int i = 0; i < 40; ++i) {
+    const std::int32_t y = random.integer(0, 29);
+    if (y >= door - 1 && y <= door + 6) continue;
+    fill(CellBox::ofCell({31 + random.integer(0, 2), y, random.integer(0, 7)}));
+  }
+  return map;
+}
+
+/// The places of a cube of five voxels between the free voxels beside a cover, in connected parts by brute force.
+class PartsBesideCover {
+ public:
+  PartsBesideCover(const CuboidMap& map, const std::vector<CellBox>& cover) {
+    const CellBox bounds = *map.bounds();
+    test::visitCells({bounds.min, bounds.max - kRobot + Cell{1, 1, 1}}, [&](const Cell& place) {
+      if (fits(map, {place, place + kRobot}, cover)) part_of_[place] = 0;
+    });
+    for (const auto& place : part_of_) {
+      if (place.second == 0) fill(place.first, ++num_parts_);
+    }
+  }
+
+  static constexpr Cell kRobot{5, 5, 5};
+
+  [[nodiscard]] const std::map<Cell, int>& partOf() const { return part_of_; }
+  [[nodiscard]] int numParts() const { return num_parts_; }
+
+ private:
+  static bool fits(const CuboidMap& map, const CellBox& robot, const std::vector<CellBox>& cover) {
+    if (isAnyShared(robot, cover)) return false;
+    bool is_free = true;
+    test::visitCells(robot, [&](const Cell& cell) {
+      is_free = is_free && map.voxels().at(cell) == Occupancy::kFree;
+    });
+    return is_free;
+  }
+
+  void fill(const Cell& first, int part) {
+    std::vector<Cell> open{first};
+    part_of_[first] = part;
+    while (!open.empty()) {
+      const Cell at = open.back();
+      open.pop_back();
+      for (const Cell& step : {Cell{1, 0, 0}, Cell{0, 1, 0}, Cell{0, 0, 1}}) {
+        for (const Cell& next : {at + step, at - step}) {
+          const auto found = part_of_.find(next);
+          if (found == part_of_.end() || found->second != 0) continue;
+          found->second = part;
+          open.push_back(next);
+        }
+      }
+    }
+  }
+
+  std::map<Cell, int> part_of_;
+  int num_parts_ = 0;
+};
+
+/// Whether a place of the map has a place of the largest part beside the cover less than the robot away, or at it.
+bool isKept(const Cell& place, const std::set<Cell>& kept) {
+  bool is_near = false;
+  const Cell robot = PartsBesideCover::kRobot;
+  test::visitCells({place - robot, place + robot + Cell{1, 1, 1}},
+                   [&](const Cell& near) { is_near = is_near || kept.count(near) > 0; });
+  return is_near;
+}
+
+TEST(BoxCover, keepsTheDoorOpenOrNamesTheLostRoom) {
+  Random random(3915);
+  int num_closed = 0;
+  int num_lost = 0;
+  for (std::size_t i = 0; i < 24; ++i) {
+    SCOPED_TRACE(test::seedNote(i));
+    const CuboidMap map = makeRooms(random);
+    CoverTask task;
+    task.max_boxes = i % 2 == 0 ? 2 : 1;  // One box cannot leave a door.
+    task.keep_passages_m = 0.0;
+    const auto closed = coverOccupied(map, task, Budget::unlimited());
+    EXPECT_TRUE(closed.value.lost.empty());
+    num_closed += PartsBesideCover(map, closed.value.boxes).numParts() > 1 ? 1 : 0;
+
+    task.keep_passages_m = 5 * map.grid().resolution();
+    const auto cover = coverOccupied(map, task, Budget::unlimited());
+    const PartsBesideCover beside(map, cover.value.boxes);
+    std::map<int, std::size_t> sizes;
+    for (const auto& place : beside.partOf()) ++sizes[place.second];
+    const int largest = std::max_element(sizes.begin(), sizes.end(), [](auto& a, auto& b) {
+                          return a.second < b.second;
+                        })->first;
+    std::set<Cell> kept;
+    for (const auto& place : beside.partOf()) {
+      if (place.second == largest) kept.insert(place.first);
+    }
+    std::size_t num_not_kept = 0;
+    const PartsBesideCover in_map(map, [&] {
+      std::vector<CellBox> occupied;
+      for (const Cuboid& c :
+           joinCuboids(map, kAllCells, CuboidFilter::kOccupied, Budget::unlimited()).value) {
+        occupied.push_back(c.box);
+      }
+      return occupied;
+    }());
+    ASSERT_EQ(in_map.numParts(), 1);
+    for (const auto& place : in_map.partOf()) num_not_kept += isKept(place.first, kept) ? 0 : 1;
+    EXPECT_EQ(num_not_kept == 0, cover.value.lost.empty()) << num_not_kept;
+    for (const CellBox& lost : cover.value.lost) EXPECT_FALSE(isKept(lost.min, kept)) << lost;
+    EXPECT_TRUE(i % 2 != 0 || cover.value.lost.empty());
+    num_lost += cover.value.lost.empty() ? 0 : 1;
+  }
+  EXPECT_GT(num_closed, 0);
+  EXPECT_GT(num_lost, 0);
+}
+
+TEST(BoxCover, keepsBoxesThatDidNotChange) {
+  Random random(3916);
+  CuboidMap map = makeMap(randomBoxes(random, {{-60, -60, -10}, {60, 60, 10}}, 400));
+  CoverTask task;
+  task.max_boxes = 40;
+  const std::vector<CellBox> before = coverOccupied(map, task, Budget::unlimited())->boxes;
+  const CellBox more = CellBox::ofCell({200, 0, 0});
+  map.replace(more, std::vector<UniformBox>{{more, 1.0F}});
+  task.max_boxes = 41;
+  task.previous = before;
+  const std::vector<CellBox> after = coverOccupied(map, task, Budget::unlimited())->boxes;
+  ASSERT_EQ(after.size(), 41U);
+  for (std::size_t i = 0; i < before.size(); ++i) EXPECT_EQ(after[i], before[i]);
+  EXPECT_EQ(after.back(), more);
 }
 
 TEST(BoxCover, saysThatItsBudgetIsSpent) {

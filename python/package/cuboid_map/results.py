@@ -120,6 +120,7 @@ class BoxCover(typing.NamedTuple):
     occupied_volume: float  # Volume of the occupied voxels in the boxes.
     added_volume: float     # Volume of all other voxels in the boxes.
     left_out_volume: float  # Volume of occupied voxels inside keep_free.
+    lost: np.ndarray        # (m, 6) float64, metres: the robot where it can no longer get to; see keep_passages.
 
 
 class FreeBoxes(typing.NamedTuple):

@@ -4,8 +4,10 @@
 #include "cuboid_mapping/boxes/box_merger.h"
 #include "cuboid_mapping/boxes/cover_exchange.h"
 #include "cuboid_mapping/boxes/joined_cuboids.h"
+#include "cuboid_mapping/boxes/passages.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace cuboid_mapping {
@@ -34,34 +36,164 @@ bool isLarger(const CellBox& a, const CellBox& b) {
   return a.min != b.min ? a.min < b.min : a.max < b.max;
 }
 
+/// Unchanged boxes at their places in an earlier list, the others, the largest first, in the gaps and at the end.
+std::vector<CellBox> inOrderOf(const std::vector<CellBox>& previous, std::vector<CellBox> boxes) {
+  std::sort(boxes.begin(), boxes.end(), isLarger);
+  std::vector<CellBox> ordered(boxes.size());
+  std::vector<CellBox> others;
+  for (const CellBox& box : boxes) {
+    const auto at = static_cast<std::size_t>(std::find(previous.begin(), previous.end(), box) -
+                                             previous.begin());
+    if (at < ordered.size() && at < previous.size() && ordered[at].isEmpty()) {
+      ordered[at] = box;
+    } else {
+      others.push_back(box);
+    }
+  }
+  auto next = others.begin();
+  for (CellBox& box : ordered) {
+    if (box.isEmpty()) box = *next++;
+  }
+  return ordered;
+}
+
+/// A copy of the voxels of a region, which others do not change during the search.
+CuboidMap copyOf(const CuboidMap& map, const CellBox& region) {
+  MapConfig config = map.config();
+  config.fusion = FusionKind::kClass;
+  config.fuse = FusionTime::kWhenRead;
+  CuboidMap copy(config);
+  copy.replace(kAllCells, map.voxels().copyIn(region));
+  return copy;
+}
+
+/// Looks for covers of the same voxels beside more and more kept space.
+class CoverSearch {
+ public:
+  CoverSearch(const CuboidMap& map, const CoverTask& task, const std::vector<CellBox>& occupied,
+              Budget& budget)
+      : task_(task),
+        occupied_(occupied),
+        cost_(map),
+        voxels_(budget),
+        budget_(budget),
+        keep_free_(task.keep_free) {
+    for (const CellBox& box : occupied) voxels_.add(box);
+  }
+
+  void run() {
+    boxes_ = findBoxes();
+    const std::vector<CellBox> last = findFromPrevious();
+    constexpr double kWorth = 1.1;  // Differences cost others more than a tenth of the volume.
+    if (!last.empty() && costOf(last) <= kWorth * costOf(boxes_)) boxes_ = last;
+  }
+
+  /// Keeps ways free where the boxes cut a robot off, as far as max_boxes allow.
+  void keepPassages(Passages& passages) {
+    lost_ = passages.findLost(coverOf(boxes_));
+    constexpr std::size_t kAtOnce = 2;
+    constexpr int kRounds = 40;
+    for (int round = 0; round < kRounds && !lost_.empty() && budget_.lookNow(); ++round) {
+      std::vector<CellBox> boxes_before = boxes_;
+      std::vector<LostPassage> lost_before = lost_;
+      for (std::size_t i = 0; i < std::min(kAtOnce, lost_.size()); ++i) {
+        keep_free_.insert(keep_free_.end(), lost_[i].way.begin(), lost_[i].way.end());
+      }
+      run();
+      lost_ = passages.findLost(coverOf(boxes_));
+      if (boxes_.size() <= std::max(task_.max_boxes, boxes_before.size())) continue;
+      boxes_.swap(boxes_before);
+      lost_.swap(lost_before);
+      return;
+    }
+  }
+
+  [[nodiscard]] const std::vector<CellBox>& boxes() const { return boxes_; }
+  [[nodiscard]] const std::vector<LostPassage>& lost() const { return lost_; }
+  [[nodiscard]] double numAdded() const { return coverOf(boxes_).size() - voxels_.size(); }
+
+ private:
+  [[nodiscard]] VoxelSet coverOf(const std::vector<CellBox>& boxes) const {
+    VoxelSet cover(budget_);
+    for (const CellBox& box : boxes) cover.add(box);
+    return cover;
+  }
+
+  [[nodiscard]] double costOf(const std::vector<CellBox>& boxes) const {
+    return cost_.ofCover(coverOf(boxes), voxels_.size());
+  }
+
+  [[nodiscard]] std::vector<CellBox> findBoxes() const {
+    BoxMerger merger(occupied_, keep_free_, cost_, budget_);
+    merger.mergeTo(task_.max_boxes);
+    if (!merger.hasMerged()) return merger.boxes();
+    CoverExchange exchange(voxels_, merger.boxes(), keep_free_, cost_, budget_);
+    exchange.improve(task_.max_boxes);
+    return exchange.boxes();
+  }
+
+  /// The boxes of the last answer that may stay, and more for the voxels outside; none if these are too many.
+  [[nodiscard]] std::vector<CellBox> findFromPrevious() const {
+    std::vector<CellBox> boxes;
+    for (const CellBox& box : task_.previous) {
+      const bool may_stay = !box.isEmpty() && task_.region.contains(box) &&
+                            isAllowed(box, keep_free_) && voxels_.count(box) > 0.0;
+      if (may_stay) boxes.push_back(box);
+    }
+    if (boxes.empty()) return {};
+    const std::vector<CellBox> others = subtractAll(occupied_, boxes);
+    boxes.insert(boxes.end(), others.begin(), others.end());
+    BoxMerger merger(boxes, keep_free_, cost_, budget_);
+    merger.mergeTo(task_.max_boxes);
+    return merger.boxes().size() <= task_.max_boxes ? merger.boxes() : std::vector<CellBox>();
+  }
+
+  const CoverTask& task_;
+  const std::vector<CellBox>& occupied_;
+  CoverCost cost_;
+  VoxelSet voxels_;
+  Budget& budget_;
+  std::vector<CellBox> keep_free_;
+  std::vector<CellBox> boxes_;
+  std::vector<LostPassage> lost_;
+};
+
 }  // namespace
 
 Answer<BoxCover> coverOccupied(const CuboidMap& map, const CoverTask& task, Budget& budget) {
-  if (task.max_boxes == 0 || task.region.isEmpty()) {
-    return Answer<BoxCover>::invalid("max_boxes must be > 0, and the region not empty");
+  const Eigen::Vector3d robot_m = Eigen::Vector3d::Constant(task.keep_passages_m);
+  const bool has_robot = task.keep_passages_m > 0.0;
+  const auto robot = map.grid().toSizeInCells(robot_m);
+  if (task.max_boxes == 0 || task.region.isEmpty() || task.keep_passages_m < 0.0 ||
+      (has_robot && !robot) || std::isnan(task.keep_passages_m)) {
+    return Answer<BoxCover>::invalid(
+        "max_boxes must be > 0, the region not empty, and keep_passages finite and >= 0");
   }
+  if (!budget.spend(map.voxels().countLooks(task.region))) return AnswerStatus::kBudgetSpent;
+  const CuboidMap still = copyOf(map, task.region);
   std::vector<CellBox> occupied;
-  const auto joined = joinCuboids(map, task.region, CuboidFilter::kOccupied, budget);
+  const auto joined = joinCuboids(still, task.region, CuboidFilter::kOccupied, budget);
   for (const Cuboid& cuboid : joined.value) occupied.push_back(cuboid.box);
   const double num_occupied = sumOfVolumes(occupied);
   occupied = subtractAll(std::move(occupied), task.keep_free);
   const double num_covered = sumOfVolumes(occupied);
-  VoxelSet voxels(budget);
-  for (const CellBox& box : occupied) voxels.add(box);
 
-  BoxMerger merger(occupied, task.keep_free, budget);
-  merger.mergeTo(task.max_boxes);
-  CoverExchange exchange(voxels, merger.boxes(), task.keep_free, budget);
-  if (merger.hasMerged()) exchange.improve(task.max_boxes);
-  if (budget.isSpent() || !budget.addEntries(exchange.boxes().size())) {
+  CoverSearch search(still, task, occupied, budget);
+  search.run();
+  if (has_robot && search.numAdded() > 0.0) {
+    Passages passages(still, task.region, *robot, budget);
+    search.keepPassages(passages);
+  }
+  const double num_added = search.numAdded();
+  if (budget.isSpent() || !budget.addEntries(search.boxes().size())) {
     return AnswerStatus::kBudgetSpent;
   }
   BoxCover cover;
-  cover.boxes = exchange.boxes();
-  std::sort(cover.boxes.begin(), cover.boxes.end(), isLarger);
+  cover.boxes = inOrderOf(task.previous, search.boxes());
+  for (const LostPassage& passage : search.lost()) cover.lost.push_back(passage.place);
   const double voxel_volume_m3 = map.grid().voxelVolume();
   cover.occupied_volume_m3 = num_covered * voxel_volume_m3;
-  cover.added_volume_m3 = exchange.numAdded() * voxel_volume_m3;
+  cover.added_volume_m3 = num_added * voxel_volume_m3;
   cover.left_out_volume_m3 = (num_occupied - num_covered) * voxel_volume_m3;
   if (cover.boxes.size() > task.max_boxes) return {AnswerStatus::kNotFound, std::move(cover)};
   return cover;

@@ -22,9 +22,10 @@ bool isAllowed(const CellBox& both, const std::vector<CellBox>& keep_free) {
 }
 
 BoxMerger::BoxMerger(const std::vector<CellBox>& boxes, const std::vector<CellBox>& keep_free,
-                     Budget& budget)
+                     const CoverCost& cost, Budget& budget)
     : boxes_(boxes),
       keep_free_(keep_free),
+      cost_(cost),
       budget_(budget),
       covered_(budget),
       num_left_(boxes.size()) {
@@ -99,9 +100,8 @@ void BoxMerger::findPartner(Index box) {
   Item item{std::numeric_limits<double>::infinity(), box, box};
   for (const auto& [num_outside, other] : best) {
     if (other == box) break;
-    const CellBox both = unite(mine, boxes_[other]);
-    const double num_added = both.numVoxels() - covered_.count(both);
-    if (num_added < item.num_added) item = {num_added, box, other};
+    const double cost = cost_.ofBox(unite(mine, boxes_[other]), covered_);
+    if (cost < item.cost) item = {cost, box, other};
   }
   if (item.second != box) queue_.push(item);
 }

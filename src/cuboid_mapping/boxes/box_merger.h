@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cuboid_mapping/boxes/voxel_set.h"
+#include "cuboid_mapping/boxes/cover_cost.h"
 
 #include <cstdint>
 #include <limits>
@@ -14,17 +14,17 @@ namespace cuboid_mapping {
 /// remote voxels cost no memory.
 [[nodiscard]] bool isAllowed(const CellBox& both, const std::vector<CellBox>& keep_free);
 
-/// Unites boxes two by two; each step unites the two that add the fewest voxels to the covered ones.
+/// Unites boxes two by two; each step unites the two at the least cost of the voxels that they add.
 ///
-/// Each box has one partner, the best of those near it, and waits in a queue ordered by the voxels that their
-/// union adds. Covered voxels only increase, so a waiting union adds at most as many as when it was queued.
+/// Each box has one partner, the best of those near it, and waits in a queue ordered by the cost of their union.
+/// Covered voxels only increase, so a waiting union costs at most as much as when it was queued.
 /// With many boxes, partners are sought in groups of neighbours, which are rebuilt when half of the boxes are
 /// left.
 class BoxMerger {
  public:
-  /// @param boxes  Disjoint. @param keep_free  Must outlive this object, as must the budget.
+  /// @param keep_free  Must outlive this object, as must cost and budget.
   BoxMerger(const std::vector<CellBox>& boxes, const std::vector<CellBox>& keep_free,
-            Budget& budget);
+            const CoverCost& cost, Budget& budget);
 
   /// Unites boxes until this number is reached, no union is allowed, or the budget is spent.
   void mergeTo(std::size_t max_boxes);
@@ -40,12 +40,12 @@ class BoxMerger {
   static constexpr std::size_t kExactPartners = 4;  ///< Partners counted voxel by voxel.
 
   struct Item {
-    double num_added;
+    double cost;
     Index first;
     Index second;
     /// On a tie, the union with the lower numbers comes first: the result is deterministic.
     bool operator<(const Item& other) const {
-      if (num_added != other.num_added) return num_added > other.num_added;
+      if (cost != other.cost) return cost > other.cost;
       return first != other.first ? first > other.first : second > other.second;
     }
   };
@@ -59,6 +59,7 @@ class BoxMerger {
 
   std::vector<CellBox> boxes_;  ///< Empty boxes were removed.
   const std::vector<CellBox>& keep_free_;
+  const CoverCost& cost_;
   Budget& budget_;
   VoxelSet covered_;
   std::size_t num_left_;

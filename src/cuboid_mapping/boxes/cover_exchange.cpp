@@ -48,10 +48,10 @@ void CoverExchange::improve(std::size_t max_boxes) {
   }
 }
 
-double CoverExchange::countAdded(const std::vector<CellBox>& boxes) const {
+double CoverExchange::costOf(const std::vector<CellBox>& boxes) const {
   VoxelSet covered(budget_);
   for (const CellBox& box : boxes) covered.add(box);
-  return covered.size() - occupied_.size();
+  return cost_.ofCover(covered, occupied_.size());
 }
 
 template <typename VisitorT>
@@ -137,15 +137,15 @@ bool CoverExchange::tryExchange(const Split& split, std::size_t max_boxes) {
 }
 
 bool CoverExchange::takeIfBetter(std::vector<CellBox> boxes) {
-  const double num_added = countAdded(boxes);
-  if (budget_.isSpent() || num_added > num_added_) return false;
-  if (num_added == num_added_ && boxes.size() >= boxes_.size()) return false;
+  const double cost = costOf(boxes);
+  if (budget_.isSpent() || cost > cost_of_boxes_) return false;
+  if (cost == cost_of_boxes_ && boxes.size() >= boxes_.size()) return false;
   boxes_ = std::move(boxes);
-  num_added_ = num_added;
+  cost_of_boxes_ = cost;
   return true;
 }
 
-/// Unites the two boxes that add the fewest voxels. @return Whether a union was allowed.
+/// Unites the two boxes at the least cost of the voxels that this adds. @return Whether a union was allowed.
 bool CoverExchange::uniteBest(std::vector<CellBox>& boxes) const {
   struct Union {
     double num_outside;
@@ -170,9 +170,9 @@ bool CoverExchange::uniteBest(std::vector<CellBox>& boxes) const {
   for (const Union& candidate : unions) {
     const CellBox both = unite(boxes[candidate.first], boxes[candidate.second]);
     if (!isAllowed(both, keep_free_)) continue;
-    const double num_added = both.numVoxels() - covered.count(both);
-    if (num_added < least) best = &candidate;
-    least = std::min(least, num_added);
+    const double cost = cost_.ofBox(both, covered);
+    if (cost < least) best = &candidate;
+    least = std::min(least, cost);
     if (++num_tried == kExactUnions) break;
   }
   if (best == nullptr) return false;

@@ -1,33 +1,32 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cuboid_mapping/boxes/voxel_set.h"
+#include "cuboid_mapping/boxes/cover_cost.h"
 
 #include <optional>
 #include <vector>
 
 namespace cuboid_mapping {
 
-/// Reduces the added volume of a cover: shrinks each box to the voxels that no other box covers, and splits one
+/// Reduces the cost of a cover: shrinks each box to the voxels that no other box covers, and splits one
 /// box if two others can be united for less.
 class CoverExchange {
  public:
-  /// @param occupied  The covered voxels. Must outlive this object, as must keep_free and the budget.
+  /// @param occupied  The covered voxels. Must outlive this object, as must keep_free, cost and budget.
   CoverExchange(const VoxelSet& occupied, std::vector<CellBox> boxes,
-                const std::vector<CellBox>& keep_free, Budget& budget)
+                const std::vector<CellBox>& keep_free, const CoverCost& cost, Budget& budget)
       : occupied_(occupied),
         keep_free_(keep_free),
+        cost_(cost),
         budget_(budget),
         boxes_(std::move(boxes)),
-        num_added_(countAdded(boxes_)) {}
+        cost_of_boxes_(costOf(boxes_)) {}
 
-  /// Exchanges until the added volume no longer falls, or the budget is spent.
+  /// Exchanges until the cost no longer falls, or the budget is spent.
   void improve(std::size_t max_boxes);
 
   /// The current cover.
   [[nodiscard]] const std::vector<CellBox>& boxes() const { return boxes_; }
-  /// Voxels of the boxes that are not occupied.
-  [[nodiscard]] double numAdded() const { return num_added_; }
 
  private:
   static constexpr std::size_t kMostBoxes = 1000;  ///< Larger covers take too long to exchange.
@@ -41,7 +40,7 @@ class CoverExchange {
     CellBox upper;
   };
 
-  [[nodiscard]] double countAdded(const std::vector<CellBox>& boxes) const;
+  [[nodiscard]] double costOf(const std::vector<CellBox>& boxes) const;
   /// @return Bounds of the covered voxels of a box that lie in no other box; nothing if there are none.
   [[nodiscard]] std::optional<CellBox> findOwn(const std::vector<CellBox>& boxes,
                                                std::size_t box) const;
@@ -56,9 +55,10 @@ class CoverExchange {
 
   const VoxelSet& occupied_;
   const std::vector<CellBox>& keep_free_;
+  const CoverCost& cost_;
   Budget& budget_;
   std::vector<CellBox> boxes_;
-  double num_added_;
+  double cost_of_boxes_;
 };
 
 }  // namespace cuboid_mapping

@@ -2,8 +2,8 @@
 #include "cuboid_mapping/boxes/free_boxes.h"
 
 #include "cuboid_mapping/boxes/joined_cuboids.h"
-#include "cuboid_mapping/boxes/voxel_set.h"
 #include "cuboid_mapping/geometry/box_faces.h"
+#include "cuboid_mapping/query/voxel_set.h"
 
 #include <algorithm>
 #include <array>

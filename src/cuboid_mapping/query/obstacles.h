@@ -7,15 +7,19 @@
 
 namespace cuboid_mapping {
 
+class VoxelSet;
+
 /// The obstacles of a map: occupied voxels, and unknown ones if the policy is kObstacle. Each call reads the
 /// current map. Between two bricks, isAny() and visit() let others get their turn at the map; they end when the
 /// budget is spent. Not thread-safe, because of the budget.
 class Obstacles {
  public:
-  /// @param budget  Must outlive this object.
-  Obstacles(const CuboidMap& map, UnknownPolicy policy, Budget& budget)
+  /// @param budget  Must outlive this object. @param more  Obstacles beside those of the map; may be null.
+  Obstacles(const CuboidMap& map, UnknownPolicy policy, Budget& budget,
+            const VoxelSet* more = nullptr)
       : voxels_(map.voxels()),
         budget_(budget),
+        more_(more),
         blocks_unknown_(policy == UnknownPolicy::kObstacle) {}
 
   /// The obstacles of a brick. @param brick  Its least cell. @complexity O(1) on average.
@@ -45,9 +49,11 @@ class Obstacles {
 
  private:
   [[nodiscard]] bool isAnyInBrick(const Cell& brick, const CellBox& box) const;
+  [[nodiscard]] BrickMask ofMap(const Cell& brick) const;
 
   const VoxelStore& voxels_;
   Budget& budget_;
+  const VoxelSet* more_;
   bool blocks_unknown_;
 };
 

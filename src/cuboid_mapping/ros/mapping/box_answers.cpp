@@ -2,6 +2,7 @@
 // Answers about boxes.
 #include "cuboid_mapping/ros/mapping/answers.h"
 
+#include "cuboid_mapping/boxes/box_cover.h"
 #include "cuboid_mapping/boxes/joined_cuboids.h"
 #include "cuboid_mapping/query/box_query.h"
 #include "cuboid_mapping/query/cuboid_query.h"
@@ -64,6 +65,43 @@ bool addCuboids(const CuboidMap& map, const Answer<std::vector<Cuboid>>& selecte
     cuboids.push_back(cuboidMessage(map, cuboid, budget));
   }
   return selected.status == AnswerStatus::kBudgetSpent;
+}
+
+constexpr Entries kKeepFree{"keep_free", 48};
+constexpr Entries kPrevious{"previous", kCuboidBytes};
+
+CoverTask readCover(ServiceCall& call, const GetCuboids::Request& request, const CellBox& region) {
+  CoverTask task;
+  task.max_boxes = request.max_boxes;
+  task.region = region;
+  task.keep_free = call.boxes(request.keep_free, 0.0, kKeepFree);
+  task.previous = call.boxes(request.previous, 0.0, kPrevious);
+  if (!std::isfinite(request.keep_passages)) throw Refusal("keep_passages must be finite");
+  if (request.keep_passages != 0.0) {
+    task.keep_passages_m = std::max(0.0, static_cast<double>(request.keep_passages));
+  }
+  return task;
+}
+
+void answerCover(ServiceCall& call, const CoverTask& task, GetCuboids::Response& response) {
+  call.read(kCuboidBytes, [&](const CuboidMap& map, Budget& budget) {
+    const auto found = coverOccupied(map, task, budget);
+    if (!found.fault.empty()) throw Refusal(found.fault);
+    if (found.isNotFound()) {
+      throw Refusal("max_boxes is " + std::to_string(task.max_boxes) + ", but " +
+                    std::to_string(found.value.boxes.size()) +
+                    " boxes are needed, because of keep_free or of voxels far from all others");
+    }
+    for (const CellBox& box : found.value.boxes) {
+      response.cuboids.push_back(
+          cuboidMessage(map, {box, Occupancy::kOccupied}, Budget::unlimited()));
+    }
+    for (const CellBox& place : found.value.lost) {
+      response.lost.push_back(boxMessage(map.grid(), place));
+    }
+    response.added_volume = found.value.added_volume_m3;
+    call.noteEnd(budget, "ask for a smaller region, or for more boxes");
+  });
 }
 
 }  // namespace
@@ -148,6 +186,7 @@ void answer(ServiceCall& call, const GetCuboids::Request& request, GetCuboids::R
   const CellBox region =
       request.everything != 0 ? kAllCells : call.box(request.region, request.inflation, {"region"});
   call.requireLoaded(region);
+  if (request.max_boxes > 0) return answerCover(call, readCover(call, request, region), response);
   call.read(kCuboidBytes, [&](const CuboidMap& map, Budget& budget) {
     const auto selected = request.joined != 0 ? selectJoined(map, region, selection, budget)
                                               : selectCuboids(map, region, selection, budget);

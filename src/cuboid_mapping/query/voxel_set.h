@@ -38,6 +38,11 @@ class VoxelSet {
     });
     return sum;
   }
+  /// The voxels of the set in a brick.
+  [[nodiscard]] BrickMask inBrick(const Cell& brick) const {
+    const Item* item = items_.find(brick);
+    return item == nullptr ? BrickMask() : item->voxels;
+  }
   /// Number of voxels of the set.
   [[nodiscard]] double size() const {
     double sum = 0.0;
@@ -52,7 +57,14 @@ class VoxelSet {
              !item->voxels.contains(BrickMask::ofBox(intersect(box, brickBox(brick))));
     });
   }
-  /// Calls visit(brick, mask) for the voxels of the set in a box, in no particular order.
+  /// Calls visit(brick, mask) for the voxels of the set, in no particular order.
+  template <typename VisitorT>
+  void forEachBrick(VisitorT visit_mask) const {
+    items_.forEach([&](const Item& item) {
+      if (!item.voxels.isEmpty()) visit_mask(item.brick, item.voxels);
+    });
+  }
+  /// As above, for the voxels of the set in a box.
   template <typename VisitorT>
   void forEachBrickIn(const CellBox& box, VisitorT visit_mask) const {
     visit(box, [&](const Item& item, const CellBox& part) {
@@ -76,7 +88,7 @@ class VoxelSet {
   }
   template <typename ChangeT>
   void change(const CellBox& box, ChangeT change_mask) {
-    forEachBrick(box, [&](const Cell& brick) {
+    cuboid_mapping::forEachBrick(box, [&](const Cell& brick) {
       if (!budget_->spend()) return;
       Item& item = items_.findOrAdd(brick);
       change_mask(item.voxels, BrickMask::ofBox(intersect(box, brickBox(brick))));
