@@ -187,8 +187,11 @@ void bindCorridor(MapClass& map) {
   map.def(
       "find_corridor",
       [](MapAccess& access, const Doubles& start, const Doubles& goal, const Doubles& size,
-         const std::string& unknown, double time_limit_s, const py::object& region) {
+         const std::string& unknown, double time_limit_s, const py::object& region,
+         double inflation_m, double clearance_m) {
         CorridorTask task;
+        task.inflation_m = inflation_m;
+        task.clearance_m = clearance_m;
         task.start_map = toVector(start, "start");
         task.goal_map = toVector(goal, "goal");
         task.size_m = toSize(size);
@@ -199,13 +202,16 @@ void bindCorridor(MapClass& map) {
         return searchCorridor(access, task, toUnknownPolicy(unknown), time_limit_s);
       },
       "start"_a, "goal"_a, "size"_a, "unknown"_a = "obstacle", "time_limit"_a = kInfinity,
-      "region"_a = py::none(),
+      "region"_a = py::none(), "inflation"_a = 0.0, "clearance"_a = 0.0,
       R"(Finds a corridor of overlapping boxes without obstacles from a start to a goal, and a path in it.
 
 start, goal: (3,), metres: centre of the robot.
 size: (3,), metres: edges of the robot, a box that does not turn; rounded up to voxels.
 unknown: 'obstacle' or 'free'.
 time_limit: seconds. region: (6,), metres: the robot may not leave it; None: the map and some room around it.
+inflation: metres, added on all sides of the robot.
+clearance: metres along x and y that the path keeps from the faces of the boxes; where there is less room, it goes
+through the middle.
 Returns results.Corridor. A corridor is found if and only if the robot can go from voxel to voxel; it need not be the
 shortest. O(bricks that the search reaches).)");
 }

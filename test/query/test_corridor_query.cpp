@@ -142,6 +142,38 @@ TEST(CorridorQuery, saysWhyThereIsNone) {
   EXPECT_EQ(endOf(find(map, task)), "goal") << "outside the region";
 }
 
+TEST(CorridorQuery, keepsClearanceWhereThereIsRoom) {
+  CorridorTask task = throughTheDoor();
+  task.start_map.y() = task.goal_map.y() = 6.5;
+  for (const int door_width : {3, 4, 5}) {
+    SCOPED_TRACE(door_width);
+    const CuboidMap map = roomWithDoor(door_width);
+    task.clearance_m = 0.0;
+    const std::vector<CellBox> boxes = find(map, task)->boxes;
+    task.clearance_m = 1.0;
+    const auto answer = find(map, task);
+    ASSERT_EQ(endOf(answer), "found");
+    EXPECT_EQ(answer->boxes, boxes);
+    ASSERT_EQ(answer->path_map.size(), 4U);
+    const std::vector<Eigen::Vector3d> door{answer->path_map[1], answer->path_map[2]};
+    EXPECT_NEAR(door[0].y(), 2.0 + 0.5 * door_width, 1e-9) << "in the middle";
+    EXPECT_NEAR(door[1].y(), 2.0 + 0.5 * door_width, 1e-9) << "in the middle";
+    const double room = 0.5 * (door_width - 3) + 1e-9;
+    const auto stop = UnknownPolicy::kObstacle;
+    const Eigen::Vector3d size_m(3.0, 3.0 + 2.0 * room, 3.0);
+    EXPECT_TRUE(
+        isPathFree(map, door, size_m - Eigen::Vector3d::Constant(1e-6), stop, Budget::unlimited()));
+  }
+}
+
+TEST(CorridorQuery, addsInflationOnAllSides) {
+  CorridorTask task = throughTheDoor();
+  task.size_m = {2, 2, 2};
+  task.inflation_m = 0.5;
+  EXPECT_EQ(find(roomWithDoor(3), task)->boxes, find(roomWithDoor(3), throughTheDoor())->boxes);
+  EXPECT_EQ(endOf(find(roomWithDoor(2), task)), "between");
+}
+
 TEST(CorridorQuery, refusesWhatIsNoTask) {
   const CuboidMap map = roomWithDoor(3);
   const auto end_with = [&](auto change) {
@@ -153,6 +185,8 @@ TEST(CorridorQuery, refusesWhatIsNoTask) {
   EXPECT_EQ(end_with([](auto& task) { task.size_m.y() = std::nan(""); }), "invalid");
   EXPECT_EQ(end_with([](auto& task) { task.start_map.z() = std::nan(""); }), "invalid");
   EXPECT_EQ(end_with([](auto& task) { task.goal_map.z() = 1e12; }), "invalid");
+  EXPECT_EQ(end_with([](auto& task) { task.clearance_m = -0.1; }), "invalid");
+  EXPECT_EQ(end_with([](auto& task) { task.inflation_m = std::nan(""); }), "invalid");
 }
 
 TEST(CorridorQuery, goesAroundAMapThroughUnknownSpace) {
@@ -344,6 +378,7 @@ TEST(CorridorQuery, findsOneIfAndOnlyIfThereIsAWayFromVoxelToVoxel) {
       if (i % 2 == 0) task.size_m = Eigen::Vector3d::Constant(random.integer(1, 4));
       task.start_map = randomPose(random);
       task.goal_map = randomPose(random);
+      task.clearance_m = i % 3 == 0 ? 0.0 : random.real(0.0, 3.0);
       const Grid& grid = maze.map.grid();
       const auto corridor = find(maze.map, task, policy);
       const std::string end = endOf(corridor);

@@ -88,6 +88,7 @@ TEST_F(HeaderExamples, ofACorridor) {
   task.start_map = {0.5, 0.5, 0.5};
   task.goal_map = {3.5, 0.5, 0.5};
   task.size_m = {0.5, 0.5, 0.5};
+  task.clearance_m = 0.3;
   const auto way = findCorridor(map, task, UnknownPolicy::kObstacle, Budget::unlimited());
   if (way.isFound()) std::cout << way->boxes.size() << " boxes, " << way->length_m << " m\n";
   // End.
@@ -254,6 +255,7 @@ TEST_F(HeaderExamples, ofACover) {
   // Example of boxes/box_cover.h:
   CoverTask task;
   task.max_boxes = 10;
+  task.keep_passages_m = 0.6;  // Doors stay open for a robot with edges of 0.6 m.
   const auto cover = coverOccupied(map, task, Budget::unlimited());
   if (cover.isNotFound()) std::cout << cover.value.boxes.size() << " boxes are needed\n";
   if (cover.isFound()) std::cout << cover->added_volume_m3 << " m3 more than the obstacles\n";

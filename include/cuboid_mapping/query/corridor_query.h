@@ -4,6 +4,7 @@
 //     task.start_map = {0.5, 0.5, 0.5};
 //     task.goal_map = {3.5, 0.5, 0.5};
 //     task.size_m = {0.5, 0.5, 0.5};
+//     task.clearance_m = 0.3;
 //     const auto way = findCorridor(map, task, UnknownPolicy::kObstacle, Budget::unlimited());
 //     if (way.isFound()) std::cout << way->boxes.size() << " boxes, " << way->length_m << " m\n";
 #pragma once
@@ -23,6 +24,10 @@ struct CorridorTask {
   Eigen::Vector3d start_map = Eigen::Vector3d::Zero();  ///< Centre of the robot's box.
   Eigen::Vector3d goal_map = Eigen::Vector3d::Zero();   ///< Centre of the robot's box.
   Eigen::Vector3d size_m = Eigen::Vector3d::Zero();     ///< Robot: a box that does not turn, > 0.
+  double inflation_m = 0.0;                             ///< Added on all sides of the robot, >= 0.
+  /// Distance along x and y that the path keeps from the faces of the boxes, >= 0: where there is less room, it
+  /// goes through the middle.
+  double clearance_m = 0.0;
   /// Voxels that the robot may not leave; nothing: the bounds of map, start and goal, with room to go around
   /// them.
   std::optional<CellBox> region;
@@ -57,13 +62,15 @@ struct Corridor {
 /// the way then grow in the map until they are maximal, and the path is shortened in them.
 ///
 /// A corridor is found if and only if the robot can go from voxel to voxel: places of its box on the grid, each
-/// a voxel beside the one before. It need not be the shortest.
+/// a voxel beside the one before. It need not be the shortest. Clearance moves the path inside the boxes, and
+/// changes neither the boxes nor whether there are any.
 ///
 /// If others change the map during the search (MapUnlock), the boxes are looked up again; if one has an
 /// obstacle, the search starts again.
 ///
 /// Cases:
-///   - a number that is not finite, a size that is not > 0, or out of the grid's range: kInvalid;
+///   - a number that is not finite, a size that is not > 0, inflation or clearance < 0, or out of the grid's
+///     range: kInvalid;
 ///   - kNotFound: only Corridor::blocked and num_visited are set;
 ///   - the budget is spent during the search: kBudgetSpent; later, while boxes grow: kFound, with boxes that
 ///     are not maximal.

@@ -91,16 +91,18 @@ void CorridorBoxes::removeNeedless(std::vector<CellBox>& boxes, const CellBox& s
   }
 }
 
-CorridorPortals findPortals(const Grid& grid, const std::vector<CellBox>& boxes, const Cell& size) {
+CorridorPortals findPortals(const Grid& grid, const std::vector<CellBox>& boxes, const Cell& size,
+                            double clearance_m) {
+  const Eigen::Vector3d half_m = 0.5 * grid.toMetres(Eigen::Vector3d(size.x, size.y, size.z));
+  const Eigen::Vector3d wanted_m = half_m + Eigen::Vector3d(clearance_m, clearance_m, 0.0);
   CorridorPortals portals;
   for (std::size_t i = 1; i < boxes.size(); ++i) {
     const CellBox common = intersect(boxes[i - 1], boxes[i]);
     const MetricBox box = grid.toMetricBox(common);
-    const Eigen::Vector3d half_m = 0.5 * grid.toMetres(Eigen::Vector3d(size.x, size.y, size.z));
     const Eigen::Vector3d center = grid.centerOf(common);
     portals.centers_map.push_back(center);
     portals.ranges_map.push_back(
-        {(box.min_m + half_m).cwiseMin(center), (box.max_m - half_m).cwiseMax(center)});
+        {(box.min_m + wanted_m).cwiseMin(center), (box.max_m - wanted_m).cwiseMax(center)});
   }
   return portals;
 }

@@ -8,6 +8,7 @@
 #include "cuboid_mapping/query/way_search.h"
 
 #include <algorithm>
+#include <cmath>
 #include <queue>
 
 namespace cuboid_mapping {
@@ -106,10 +107,13 @@ struct CorridorVoxels {
 };
 
 std::optional<CorridorVoxels> toVoxels(const Grid& grid, const CorridorTask& task) {
-  const auto size = grid.toSizeInCells(task.size_m);
-  if (!size) return std::nullopt;
-  auto start = grid.toCellBox(boxAround(task.start_map, task.size_m));
-  auto goal = grid.toCellBox(boxAround(task.goal_map, task.size_m));
+  const bool is_valid = std::isfinite(task.clearance_m) && task.clearance_m >= 0.0 &&
+                        std::isfinite(task.inflation_m) && task.inflation_m >= 0.0;
+  const Eigen::Vector3d size_m = task.size_m.array() + 2.0 * task.inflation_m;
+  const auto size = grid.toSizeInCells(size_m);
+  if (!is_valid || !size || task.size_m.minCoeff() <= 0.0) return std::nullopt;
+  auto start = grid.toCellBox(boxAround(task.start_map, size_m));
+  auto goal = grid.toCellBox(boxAround(task.goal_map, size_m));
   if (!start || !goal) return std::nullopt;
   for (int axis = 0; axis < 3; ++axis) {  // Rounding may have made the box thinner.
     start->max[axis] = std::max(start->max[axis], start->min[axis] + (*size)[axis]);
@@ -150,7 +154,8 @@ Answer<Corridor> searchOnce(const CuboidMap& map, const CorridorTask& task,
   if (status != AnswerStatus::kFound) return {status, std::move(corridor)};
   const CorridorBoxes boxes(obstacles, field, region);
   corridor.boxes = boxes.compute(ends.start, search.toWay(), ends.goal);
-  const CorridorPortals portals = findPortals(map.grid(), corridor.boxes, ends.size);
+  const CorridorPortals portals =
+      findPortals(map.grid(), corridor.boxes, ends.size, task.clearance_m);
   corridor.portals_map = portals.centers_map;
   corridor.path_map = pullTight(portals, task.start_map, task.goal_map, budget);
   corridor.length_m = lengthOf(corridor.path_map);
@@ -164,7 +169,8 @@ Answer<Corridor> findCorridor(const CuboidMap& map, const CorridorTask& task, Un
   const auto ends = toVoxels(map.grid(), task);
   if (!ends) {
     return Answer<Corridor>::invalid(
-        "start, goal and size must be finite and within the range of the grid, with edges > 0");
+        "start, goal and size must be finite and within the range of the grid, with edges > 0, "
+        "inflation >= 0 and clearance >= 0");
   }
   const Obstacles obstacles(map, policy, budget);
   return searchUntilItHolds(

@@ -239,6 +239,12 @@ TEST_F(SearchAnswers, GiveACorridor) {
   EXPECT_EQ(response.path.header.frame_id, "map");
   expectNear(response.path.poses.front().pose.position, 0.5, 0.5, 0.5);
   expectNear(response.path.poses.back().pose.position, 1.5, 0.5, 0.5);
+  for (std::size_t i = 0; i + 1 < response.path.poses.size(); ++i) {
+    const auto& from = response.path.poses[i].pose;
+    const auto& to = response.path.poses[i + 1].pose.position;
+    EXPECT_NEAR(2.0 * std::atan2(from.orientation.z, from.orientation.w),
+                std::atan2(to.y - from.position.y, to.x - from.position.x), 1e-9);
+  }
   EXPECT_GE(response.length, 1.0);
 }
 

@@ -11,6 +11,7 @@
 
 #include <tf2_eigen/tf2_eigen.h>
 
+#include <cmath>
 #include <limits>
 
 namespace cuboid_mapping_ros {
@@ -102,6 +103,7 @@ CorridorTask readTask(ServiceCall& call, const FindCorridor::Request& request) {
   task.start_map = call.point(request.start, {"start"});
   task.goal_map = call.point(request.goal, {"goal"});
   task.size_m = call.size(request.size, request.inflation);
+  task.clearance_m = ServiceCall::notNegative(request.clearance, "clearance");
   for (const Eigen::Vector3d& point : {task.start_map, task.goal_map}) {
     call.requireCells(boxAround(point, task.size_m));
   }
@@ -171,6 +173,21 @@ void addPose(const Eigen::Isometry3d& pose_map, nav_msgs::Path& path) {
   path.poses.emplace_back();
   path.poses.back().header = path.header;
   path.poses.back().pose = tf2::toMsg(pose_map);
+}
+
+/// The points of a path, each with x towards the next one in the plane; the last as the one before.
+std::vector<Eigen::Isometry3d> posesAlong(const std::vector<Eigen::Vector3d>& path) {
+  std::vector<Eigen::Isometry3d> poses;
+  double heading_rad = 0.0;
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    if (i + 1 < path.size()) {
+      const Eigen::Vector3d step = path[i + 1] - path[i];
+      if (!step.head<2>().isZero()) heading_rad = std::atan2(step.y(), step.x());
+    }
+    poses.emplace_back(Eigen::Translation3d(path[i]) *
+                       Eigen::AngleAxisd(heading_rad, Eigen::Vector3d::UnitZ()));
+  }
+  return poses;
 }
 
 PosePathTask readTurningTask(ServiceCall& call, const FindCorridor::Request& request) {
@@ -258,8 +275,8 @@ void answer(ServiceCall& call, const FindCorridor::Request& request,
     for (const CellBox& box : corridor.boxes) response.boxes.push_back(boxMessage(map.grid(), box));
     for (const auto& portal : corridor.portals_map) response.portals.push_back(toPoint(portal));
     response.path.header = call.info().header;
-    for (const Eigen::Vector3d& point : corridor.path_map) {
-      addPose(Eigen::Isometry3d(Eigen::Translation3d(point)), response.path);
+    for (const Eigen::Isometry3d& pose : posesAlong(corridor.path_map)) {
+      addPose(pose, response.path);
     }
     call.info().message =
         explainWay(map, task, policy, answer, "ask ~nearest_free for a free place");
