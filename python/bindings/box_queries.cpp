@@ -140,7 +140,8 @@ keep_free: (k, 6), metres, such as the robot: no box of the answer shares a voxe
 keep_passages: edges of a robot's box, metres. What it can reach in the map stays reachable beside the boxes, or
 `lost` names the places; 0: not looked at.
 previous: (k, 6), metres, boxes of the last answer: those that still fit are taken over, at their places in the list.
-Returns results.BoxCover, the largest box first unless `previous` is given; boxes may overlap. The added volume need not be the least possible.
+Returns results.BoxCover, the largest box first unless `previous` is given; boxes may overlap.
+The added volume need not be the least possible.
 Raises ValueError if more boxes are needed: keep_free lies between the voxels, or these are very far apart.)");
   map.def("free_boxes", findFree, "max_boxes"_a, "region"_a = py::none(), "overlap"_a = false,
           R"(Finds at most max_boxes free boxes that hold much of the free space.
