@@ -74,14 +74,14 @@ class CuboidMapClient {
   /// The current revision of the map.
   [[nodiscard]] ClientMap current() const;
   /// Reads the map, which does not change meanwhile; it is empty before the first.
-  /// @param work  (const CuboidMap&) or (const ClientMap&) -> any.
+  /// @param work  (const CuboidMap&) or (const ClientMap&) -> any; a generic one gets the map.
   template <typename WorkT>
   auto read(const WorkT& work) const {
     const ClientMap now = current();
-    if constexpr (std::is_invocable_v<const WorkT&, const ClientMap&>) {
-      return work(now);
-    } else {
+    if constexpr (std::is_invocable_v<const WorkT&, const cuboid_mapping::CuboidMap&>) {
       return work(now.map());
+    } else {
+      return work(now);
     }
   }
   /// A map of its own, to be changed at will. To keep a revision, current() is cheaper. @complexity O(n log n).
