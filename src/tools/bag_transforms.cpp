@@ -158,10 +158,11 @@ void BagTransforms::checkRuns(const BagTopics& topics) const {
     for (const std::string& frame_id : tf_.findAncestors(topic.frame_id)) {
       const auto torn = torn_.find(frame_id);
       if (torn == torn_.end()) continue;
-      throw std::runtime_error("'" + frame_id + "' jumps to and fro between two places: " +
-                               cuboid_mapping::join(torn->second, ", ") +
-                               " has transforms of two runs, robots or publishers. Map each run by "
-                               "itself (rosbag filter divides a bag), and merge the maps with map_merge");
+      throw std::runtime_error(
+          "'" + frame_id +
+          "' jumps to and fro between two places: " + cuboid_mapping::join(torn->second, ", ") +
+          " has transforms of two runs, robots or publishers. Map each run by "
+          "itself (rosbag filter divides a bag), and merge the maps with map_merge");
     }
   }
 }

@@ -68,7 +68,8 @@ std::optional<PoseTrack::Gap> PoseTrack::findGap(std::int64_t stamp_ns) const {
 std::vector<PoseTrack::Gap> PoseTrack::gaps() const {
   std::vector<Gap> gaps;
   for (std::size_t i = 0; i + 1 < poses_.size(); ++i) {
-    if (isGap(poses_[i], poses_[i + 1])) gaps.push_back({poses_[i].stamp_ns, poses_[i + 1].stamp_ns});
+    if (isGap(poses_[i], poses_[i + 1]))
+      gaps.push_back({poses_[i].stamp_ns, poses_[i + 1].stamp_ns});
   }
   return gaps;
 }

@@ -115,9 +115,8 @@ bool isMountPoint(const std::string& path) {
     std::string plain;
     for (std::size_t i = 0; i < place.size(); ++i) {
       const bool is_octal = place[i] == '\\' && i + 3 < place.size();  // Such as \040 for a space.
-      plain += is_octal
-                   ? static_cast<char>(std::strtol(place.substr(i + 1, 3).c_str(), nullptr, 8))
-                   : place[i];
+      plain += is_octal ? static_cast<char>(std::strtol(place.substr(i + 1, 3).c_str(), nullptr, 8))
+                        : place[i];
       i += is_octal ? 3 : 0;
     }
     if (plain == real) return true;
@@ -140,10 +139,11 @@ Replacement replacementOf(const std::string& file) {
   if (::stat(target.c_str(), &status) == 0) {
     requireRegular(status, "cannot write", file);
     if (isMountPoint(target)) {
-      throw MapFileError(MapFileDefect::kInaccessible,
-                         "cannot write " + file +
-                             ": it is mounted as a single file, which cannot be replaced: mount its "
-                             "folder instead");
+      throw MapFileError(
+          MapFileDefect::kInaccessible,
+          "cannot write " + file +
+              ": it is mounted as a single file, which cannot be replaced: mount its "
+              "folder instead");
     }
   }
   constexpr char kEnding[] = ".partial";

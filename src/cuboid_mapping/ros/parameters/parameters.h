@@ -58,12 +58,12 @@ struct SourceParameters {
   SourceType type = SourceType::kPointCloud;
   std::string camera_info;  ///< Topic, for depth images; empty: beside that of the image.
   SourceUse use = SourceUse::kBoth;
-  double max_rate_hz = 0.0;    ///< Messages beyond this rate are ignored; 0: no limit.
-  bool deskew = false;         ///< Each point has the pose of its own time; else that of the stamp.
+  double max_rate_hz = 0.0;   ///< Messages beyond this rate are ignored; 0: no limit.
+  bool deskew = false;        ///< Each point has the pose of its own time; else that of the stamp.
   double depth_unit_m = 0.0;  ///< Unit of depth images; 0: see convertDepthImage().
   double point_unit_m = 0.0;  ///< Unit of clouds and scans; 0: metres, if these make sense.
   double time_unit_s = 0.0;   ///< Unit of the times of points; 0: see readPointTimes().
-  std::string sensor_frame;    ///< Frame whose origin is the start of beams; "": the cloud's frame.
+  std::string sensor_frame;   ///< Frame whose origin is the start of beams; "": the cloud's frame.
   double forget_after_s = 0.0;  ///< See Forgetting; 0: never.
   /// Probabilities of the source; the thresholds are those of the map.
   SensorModelConfig sensor_model;

@@ -111,7 +111,8 @@ std::vector<ParameterDeclaration> declareSources() {
        "Maximum rate of messages, by their stamps; others are ignored. 0: no limit."},
       {"depth_unit", "m", number(&S::depth_unit_m, 0.0, 1.0),
        "Unit of depth images; 0.0002 in the data sets of TUM. 0: 16UC1 is in millimetres and 32FC1 "
-       "in metres, as in REP 118; 32FC1 with whole numbers above 100 is in millimetres. Depths that "
+       "in metres, as in REP 118; 32FC1 with whole numbers above 100 is in millimetres. Depths "
+       "that "
        "no camera measures are refused."},
       {"point_unit", "m", number(&S::point_unit_m, 0.0, 1.0),
        "Unit of clouds and planar scans. 0: metres, but clouds with half of the points more than 1 "
