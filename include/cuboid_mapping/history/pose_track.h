@@ -42,8 +42,8 @@ class PoseTrack {
   }
   /// A time without poses, between two of them.
   struct Gap {
-    std::int64_t begin_ns = 0;
-    std::int64_t end_ns = 0;
+    std::int64_t begin_ns = 0;  ///< Time of the last pose before it.
+    std::int64_t end_ns = 0;    ///< Time of the first pose after it.
   };
   /// The gap that a stamp lies in, for which at() is a guess; nothing at a pose, and outside the poses.
   [[nodiscard]] std::optional<Gap> findGap(std::int64_t stamp_ns) const;
