@@ -56,7 +56,7 @@ FUZZ_TARGET(fuzz_clouds) {
   checkConversion(cloud, parameters);
   SensorInput sensor(parameters, parameters.source);
   const Observed observed =
-      input.compute({boost::make_shared<sensor_msgs::PointCloud2>(cloud)}, poses);
+      sensor.compute({boost::make_shared<sensor_msgs::PointCloud2>(cloud)}, poses);
   const auto* update = observed.update;
   require((update == nullptr) == observed.error.has_value());
   if (update == nullptr) return 0;
