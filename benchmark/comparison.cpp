@@ -254,7 +254,7 @@ Comparison compareMaps(const Options& options, const std::vector<Scan>& scans) {
     if (!queries) queries = makeQueries(maps.own->map(), scans);
     const AllAnswers answers =
         measureAccess(maps, order, *queries, options.query_time_s, runs.back());
-    runs.back().front().figures.ray_walk_cpu_s = maps.own->walkAgain_s(scans);
+    maps.own->measureWalk(scans, runs.back().front().figures);
     if (runs.size() < repeat) continue;
     comparison.agreements = findAgreements(maps, answers);
     measureHeap(maps, runs.back());

@@ -18,8 +18,8 @@ class CuboidAdapter : public MapAdapter {
   CuboidAdapter(const InsertionConfig& config, const EngineOptions& engine);
 
   [[nodiscard]] const CuboidMap& map() const { return *map_; }
-  /// CPU time of the ray walk of these scans, which insert() has done already, once more on its own.
-  [[nodiscard]] double walkAgain_s(const std::vector<Scan>& scans) const;
+  /// Walks the rays of these scans, which insert() has done already, once more on their own.
+  void measureWalk(const std::vector<Scan>& scans, MapFigures& figures) const;
 
   [[nodiscard]] std::string name() const override { return "cuboid_mapping"; }
   void insert(const Scan& scan) override;

@@ -88,7 +88,8 @@ Json toJson(const MapResult& result) {
   const MapFigures& figures = result.figures;
   Json json = timesToJson(result);
   json["cloud_samples"] = toJson(result.samples);
-  json.update({{"cells", figures.cells},
+  json.update({{"clouds_by_columns", toJson(figures.clouds_by_columns)},
+               {"cells", figures.cells},
                {"occupied_cells", figures.occupied_cells},
                {"free_cells", figures.free_cells},
                {"leaf_nodes", figures.leaf_nodes},

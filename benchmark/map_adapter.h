@@ -27,6 +27,8 @@ struct MapFigures {
   std::size_t bytes_own = 0;  ///< What the map itself says.
   /// Part of the insertion; NaN where it cannot be told apart.
   double ray_walk_cpu_s = std::numeric_limits<double>::quiet_NaN();
+  /// Clouds of which a part was walked by columns, see ColumnWalk; NaN for maps with another walk.
+  double clouds_by_columns = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// A ray of kRayRange_m.

@@ -23,6 +23,7 @@ const std::vector<Line>& tableLines() {
   static const std::vector<Line> kLines{
       {"insertion, CPU s", "%.3f", [](R r) { return r.insertion.cpu_s; }, true},
       {"  of it ray walk", "%.3f", [](R r) { return r.figures.ray_walk_cpu_s; }, true},
+      {"  clouds by columns", "%.0f", [](R r) { return r.figures.clouds_by_columns; }, true},
       {"insertion, wall s", "%.3f", [](R r) { return r.insertion.wall_s; }, true},
       {"cloud, p50 ms", "%.2f", [](R r) { return r.per_cloud.p50_ms; }, true},
       {"cloud, p99 ms", "%.2f", [](R r) { return r.per_cloud.p99_ms; }, true},

@@ -165,6 +165,7 @@ TEST_F(CompareMaps, reportsEveryFigureOfEveryMap) {
                   {"p50", "p99", "max", "mean_of_first_third", "mean_of_last_third"});
     expectBothPlaces(figures, {"point_queries_per_s", "box_queries_per_s", "ray_queries_per_s"});
     EXPECT_TRUE(figures.contains("ray_walk_cpu_s"));
+    EXPECT_EQ(figures["clouds_by_columns"].is_number(), std::string(map) == "cuboid_mapping");
     ASSERT_EQ(figures["repetitions"].size(), 2U);
     const double first_s = figures["repetitions"][0]["insert_cpu_s"];
     const double second_s = figures["repetitions"][1]["insert_cpu_s"];
