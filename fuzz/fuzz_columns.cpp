@@ -23,7 +23,7 @@ float takeLength(FuzzInput& input) {
       0.0F, -0.0F, 1e-7F, -1e-7F,    1e-20F,
       1e6F, 1e19F, 1e30F, kInfinity, std::numeric_limits<float>::quiet_NaN()};
   if (input.upTo(31) == 0) return kOdd.at(input.upTo(kOdd.size() - 1));
-  return 0.002F * static_cast<float>(input.take<std::int16_t>() % 4096);
+  return 0.002F * static_cast<float>(input.take<std::int16_t>() % 1024);
 }
 
 Eigen::Vector3f takeVector(FuzzInput& input) {
@@ -45,8 +45,8 @@ void addImage(FuzzInput& input, Scan& scan) {
   const Eigen::AngleAxisf turn(0.01F * static_cast<float>(input.upTo(255)),
                                Eigen::Vector3f(1.0F, 2.0F, 3.0F).normalized());
   const bool is_turned = input.chance();
-  const std::size_t columns = 1 + input.upTo(39);
-  const std::size_t rows = 1 + input.upTo(39);
+  const std::size_t columns = 1 + input.upTo(23);
+  const std::size_t rows = 1 + input.upTo(23);
   float first[2];
   float step[2];
   for (float& slope : first) slope = kSlopeStep * static_cast<float>(input.take<std::int8_t>());
@@ -78,7 +78,7 @@ Scan takeScan(FuzzInput& input, double resolution_m) {
       scan.origin[axis] = static_cast<float>(voxels * resolution_m);
     }
   }
-  for (int i = 0; i < 6 && !input.isEmpty(); ++i) {
+  for (int i = 0; i < 4 && !input.isEmpty(); ++i) {
     if (input.chance()) {
       addImage(input, scan);
     } else {
