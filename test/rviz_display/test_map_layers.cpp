@@ -41,14 +41,6 @@ CuboidMap makeLayeredMap(const std::vector<UniformBox>& boxes = {}) {
   return map;
 }
 
-CuboidMap copyOf(const CuboidMap& map) {
-  CuboidMap copy = makeLayeredMap();
-  std::vector<VoxelBrick> bricks;
-  map.voxels().forEach([&](const VoxelBrick& brick) { bricks.push_back(brick); });
-  copy.replace(kAllCells, bricks);
-  return copy;
-}
-
 /// Free space on both sides of a wall through the origin.
 std::vector<UniformBox> makeRoom() {
   return {{{{-40, -40, 0}, {-1, 40, 8}}, kFree},
