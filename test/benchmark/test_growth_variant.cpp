@@ -9,10 +9,10 @@
 namespace cuboid_mapping::bench {
 namespace {
 
-using test::boxAt;
-using test::boxesOf;
-using test::GrowthScene;
-using test::Random;
+using cuboid_mapping::test::boxAt;
+using cuboid_mapping::test::boxesOf;
+using cuboid_mapping::test::GrowthScene;
+using cuboid_mapping::test::Random;
 using testing::Contains;
 
 GrowthConfig configOf(const GrowthVariant& variant, int seed = 1) {
@@ -57,7 +57,7 @@ TEST(GrowthVariant, theUsersDirectionsWin) {
 }
 
 TEST(GrowthVariant, ofAnySearchGrowsCellsUntilNoneCanExpand) {
-  test::checkRandomGrowth(3000, [](Random& random) {
+  cuboid_mapping::test::checkRandomGrowth(3000, [](Random& random) {
     const char* searches[] = {"paper", "largest_gain", "random", "-z +y +x -x -y +z"};
     const int seed = random.integer(0, 1000);
     return configOf({GrowthStep::kCell, *parseSearchStrategy(searches[random.index(4)])}, seed);

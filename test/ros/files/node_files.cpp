@@ -87,7 +87,7 @@ cuboid_mapping::MapSnapshot makeBigMap(unsigned seed, int edge) {
 }
 
 /// Number of voxels in a file of a map; 0 if there is no file.
-double countVoxels(const std::string& file) {
+double numVoxelsIn(const std::string& file) {
   try {
     double num_voxels = 0.0;
     for (const auto& brick : cuboid_mapping::readMapFile(file).snapshot.bricks) {
@@ -104,7 +104,7 @@ TEST_P(NodeFiles, AreSavedByThemselvesAfterChanges) {
   start({"_autosave_file:=" + file, "_autosave_period:=1.0"});
   for (int i = 1; i <= 2; ++i) {
     setBox(i);
-    EXPECT_TRUE(waitFor([&] { return countVoxels(file) == i * kVoxelsOfBox; })) << i;
+    EXPECT_TRUE(waitFor([&] { return numVoxelsIn(file) == i * kVoxelsOfBox; })) << i;
   }
 }
 
@@ -113,7 +113,7 @@ TEST_P(NodeFiles, AreSavedAtTheEnd) {
   start({"_autosave_file:=" + file, "_autosave_period:=86400"});
   setBox(1);
   stop();
-  EXPECT_EQ(countVoxels(file), kVoxelsOfBox);
+  EXPECT_EQ(numVoxelsIn(file), kVoxelsOfBox);
 }
 
 TEST_P(NodeFiles, AreSavedAtTheEndWhateverSignalAsksForIt) {
@@ -127,7 +127,7 @@ TEST_P(NodeFiles, AreSavedAtTheEndWhateverSignalAsksForIt) {
       node_.reset();
     } else {
       stop(signal);
-      EXPECT_EQ(countVoxels(file), kVoxelsOfBox) << signal;
+      EXPECT_EQ(numVoxelsIn(file), kVoxelsOfBox) << signal;
     }
   }
 }
@@ -138,7 +138,7 @@ TEST_P(NodeFiles, GoOnWithTheMapOfTheRunBefore) {
     start({"_autosave_file:=" + file, "_autosave_period:=86400"});
     setBox(run, run == 1);
     stop();
-    EXPECT_EQ(countVoxels(file), run * kVoxelsOfBox);
+    EXPECT_EQ(numVoxelsIn(file), run * kVoxelsOfBox);
     const auto locked = cuboid_mapping::readMapFile(file).snapshot.locked;
     ASSERT_EQ(locked.size(), 1U) << "still locked";
     EXPECT_EQ(locked.front().min, (cuboid_mapping::Cell{10, 0, 0}));
@@ -153,7 +153,7 @@ TEST_P(NodeFiles, GoOnWithTheMapOfTheRunBefore) {
 TEST_P(NodeFiles, AreSavedAtTheEndAlthoughALongCallRuns) {
   const std::string file = folder_ / "map.cuboids";
   writeMapFile(file, makeBigMap(1, 44));
-  const double num_before = countVoxels(file);
+  const double num_before = numVoxelsIn(file);
   start({"_autosave_file:=" + file, "_autosave_period:=86400"});
   setBox(-1);
   cuboid_mapping::SaveMap save;
@@ -165,7 +165,7 @@ TEST_P(NodeFiles, AreSavedAtTheEndAlthoughALongCallRuns) {
   call.get();
   EXPECT_FALSE(std::filesystem::exists(save.request.filename)) << "the call ends with the node";
   EXPECT_FALSE(std::filesystem::exists(save.request.filename + ".partial"));
-  EXPECT_EQ(countVoxels(file), num_before + kVoxelsOfBox);
+  EXPECT_EQ(numVoxelsIn(file), num_before + kVoxelsOfBox);
 }
 
 TEST_P(NodeFiles, DoNotStartWithAMapOfAnotherResolution) {
@@ -188,7 +188,7 @@ TEST_P(NodeFiles, SymbolicLinksStayAndTheirTargetsAreWritten) {
   setBox(1);
   stop();
   EXPECT_TRUE(std::filesystem::is_symlink(link));
-  EXPECT_EQ(countVoxels(target), kVoxelsOfBox);
+  EXPECT_EQ(numVoxelsIn(target), kVoxelsOfBox);
 }
 
 TEST_P(NodeFiles, APathThatCannotBeWrittenIsSaidAtTheStart) {
@@ -244,7 +244,7 @@ TEST_P(NodeFiles, ArePutIntoTheMapByRuleAndTransform) {
   EXPECT_NE(shifted.message.find("resampled"), std::string::npos) << shifted.message;
   save.request.filename = folder_ / "both.cuboids";
   ASSERT_TRUE(callService(std::string(kName) + "/save_map", save));
-  EXPECT_EQ(countVoxels(save.request.filename), 2.5 * kVoxelsOfBox) << "shifted by one voxel";
+  EXPECT_EQ(numVoxelsIn(save.request.filename), 2.5 * kVoxelsOfBox) << "shifted by one voxel";
   const auto unknown = load(4, 0.0, 0.0);
   EXPECT_FALSE(unknown.success);
   EXPECT_NE(unknown.message.find("REPLACE (0)"), std::string::npos) << unknown.message;

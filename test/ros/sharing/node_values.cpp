@@ -54,10 +54,15 @@ class LossyServer {
       : instance_(instance),
         detail_(options.topic_detail),
         images_(
-            nh_, ros::NodeHandle(nh_, "lossy"), guard_, options,
+            withQueue(nh_, images_thread_.queue()),
+            withQueue(ros::NodeHandle(nh_, "lossy"), images_thread_.queue()), options,
             [this](MapDetail wanted) { return image(wanted); }, [] { return std::string(); }) {
     delta_publisher_ = nh_.advertise<CuboidMapUpdate>("cuboid_map_updates", 20);
+    images_thread_.start();
   }
+  ~LossyServer() { images_thread_.stop(); }
+  LossyServer(const LossyServer&) = delete;
+  LossyServer& operator=(const LossyServer&) = delete;
 
   /// Changes the map. @param is_lost  The update is not sent.
   void change(const std::function<ChangeSet(CuboidMap&)>& work, bool is_lost) {
@@ -98,6 +103,7 @@ class LossyServer {
   std::mutex mutex_;  ///< Guards the map: images are made in their own thread.
   CuboidMap map_;
   std::atomic<int> num_asked_{0};
+  GuardedThread images_thread_{guard_, "images"};
   MapImageServer images_;
   ros::Publisher delta_publisher_;
 };

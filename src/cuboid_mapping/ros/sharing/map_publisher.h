@@ -31,8 +31,8 @@ namespace cuboid_mapping_ros {
 /// parts to all subscribers, one after the other: after changes, a period apart, and for at most 5 % of the
 /// time. An image is kept for clients that ask at about the same time, until updates go beyond it, and while a
 /// client fetches its parts: at most kKept images, each for kKeptFor_s after the last call.
-/// Thread rule: it has its own thread, so that neither publishing nor queries wait for an image. Calls are
-/// thread-safe.
+/// It works in the queue of its handles, for which one thread is right: neither publishing nor queries should
+/// wait for an image. The public functions are thread-safe.
 class MapImageServer {
  public:
   using Make = std::function<ImageMessage(MapDetail)>;
@@ -100,7 +100,7 @@ class MapImageServer {
 /// A subscriber of cuboid_map gets the map when it connects, again when the map was
 /// replaced as a whole, and as keyframes; see MapImageServer. Updates have the changes since the previous one;
 /// see msg/CuboidMapUpdate.msg. Nothing is built without subscribers.
-/// Images have a thread of their own.
+/// Images are made in the queue for slow work.
 class MapPublisher : public MapFeature {
  public:
   explicit MapPublisher(const MapHost& host);
