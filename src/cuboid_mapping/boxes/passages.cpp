@@ -21,10 +21,6 @@ std::vector<Cell> findFreeBricks(const CuboidMap& map, const CellBox& region) {
   return bricks;
 }
 
-CellBox boxOf(const Cell& a, const Cell& b) {
-  return unite(CellBox::ofCell(a), CellBox::ofCell(b));
-}
-
 /// The place of a set in a box that is nearest to the middle; nothing if there is none.
 std::optional<Cell> findMiddle(const VoxelSet& places, const CellBox& box) {
   const Eigen::Vector3d middle = 0.5 * (toVector(box.min) + toVector(box.max));
@@ -152,10 +148,10 @@ LostPassage Passages::makePassage(Node node, const Cell& place,
   while (true) {
     const Step& step = steps[node];
     const Cell next = clampTo(step.target, at);
-    passage.way.push_back(all_.field.coveredAt(boxOf(at, next)));
+    passage.way.push_back(all_.field.coveredAt(unite(CellBox::ofCell(at), CellBox::ofCell(next))));
     if (step.parent == PlaceGraph::kNoNode) return passage;
     at = clampTo(all_.graph.box(step.parent), next);
-    passage.way.push_back(all_.field.coveredAt(boxOf(next, at)));
+    passage.way.push_back(all_.field.coveredAt(unite(CellBox::ofCell(next), CellBox::ofCell(at))));
     node = step.parent;
   }
 }

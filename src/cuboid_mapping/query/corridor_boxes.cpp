@@ -13,10 +13,6 @@ constexpr std::size_t kPlacesPerBrick = 16;
 /// Number of times that each point of the path is moved between its neighbours.
 constexpr int kPulls = 50;
 
-CellBox boxOf(const Cell& a, const Cell& b) {
-  return unite(CellBox::ofCell(a), CellBox::ofCell(b));
-}
-
 Eigen::Vector3d nearestIn(const MetricBox& box, const Eigen::Vector3d& point) {
   return point.cwiseMax(box.min_m).cwiseMin(box.max_m);
 }
@@ -64,7 +60,8 @@ std::vector<CellBox> CorridorBoxes::compute(const CellBox& start, const std::vec
       }
     }
     if (at + 1 == way.size()) break;
-    boxes.push_back(grow(field_.coveredAt(boxOf(way[at], way[at + 1]))));
+    boxes.push_back(
+        grow(field_.coveredAt(unite(CellBox::ofCell(way[at]), CellBox::ofCell(way[at + 1])))));
   }
   if (!boxes.back().contains(goal)) boxes.push_back(grow(goal));
   if (!field_.budget().isSpent()) removeNeedless(boxes, start, goal);
