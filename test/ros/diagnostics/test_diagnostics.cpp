@@ -339,7 +339,7 @@ TEST(Diagnostics, WhatHasNotOccurredHasNoKey) {
 }
 
 TEST(Diagnostics, EveryReasonHasItsOwnKeyAndAdvice) {
-  NodeReport report = makeReport(175, 10);
+  NodeReport report = makeReport(193, 10);
   for (std::size_t i = 0; i < kNumDropReasons; ++i) report.statistics.num_dropped[i] = i + 1;
   report.statistics.convert_time.add(1.0);
   report.statistics.convert_time.add(4.0);
@@ -362,9 +362,9 @@ TEST(Diagnostics, EveryReasonHasItsOwnKeyAndAdvice) {
     EXPECT_EQ(values[prefix + toString(reason)], std::to_string(i + 1));
     EXPECT_GT(std::string(toAdvice(reason)).size(), 20U);
   }
-  EXPECT_EQ(values["clouds received"], "175");
+  EXPECT_EQ(values["clouds received"], "193");
   EXPECT_EQ(values["clouds inserted"], "10");
-  EXPECT_EQ(values["clouds dropped"], "144");
+  EXPECT_EQ(values["clouds dropped"], "162");
   EXPECT_EQ(values["clouds waiting"], "12");
   EXPECT_EQ(values["clouds waiting, oldest"], "map <- lidar");
   EXPECT_EQ(values["convert time last [ms]"], "4.000");
