@@ -299,7 +299,9 @@ Options readOptions(const MpiRanks& ranks, int argc, char** argv) {
   cuboid_mapping::CommandLine line(
       kProgram,
       "bag_to_map on several processes and machines: mpirun -n N bag_to_map_mpi INPUT... -o FILE.\n"
-      "Every N gives the same file, byte for byte.");
+      "Every N gives the file of bag_to_map, byte for byte; with fusion=growth without the fused "
+      "cuboids,\n"
+      "since a rank has a part of the map only.");
   line.addNumber("checkpoint", options.checkpoint_period_s,
                  "seconds between saves of the state of all ranks beside the output, from which "
                  "the same command resumes; 0: never",
