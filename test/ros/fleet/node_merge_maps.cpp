@@ -285,17 +285,21 @@ TEST_F(MergeMaps, IsTheMapOfAllCloudsInTheOrderOfStampsWhateverTheNetworkDoes) {
   EXPECT_EQ(merging_.status().number("sessions"), num_robots_ + 1);
   EXPECT_GE(merging_.status().number("observations asked for"), kUnheardOfSecond);
 
-  // An observation of an unknown session, older than all observations in the map.
-  Observation late = network_.sent().front();
+  // An unknown session: its first observation is in time, and the second older than all observations in the map.
+  Observation late = network_.sent().back();
   late.session = 1;
   late.sequence = 1;
+  network_.sendAs(1, late);
+  ASSERT_TRUE(
+      waitFor([&] { return merging_.status().number("observations received") == num_all + 1; }));
+  late.sequence = 2;
   late.header.stamp = ros::Time(50.0);
   network_.sendAs(1, late);
   ASSERT_TRUE(waitFor([this] { return merging_.status().number("observations late") == 1; }));
   EXPECT_TRUE(
-      waitFor([&] { return diagnostics_.status().number("clouds inserted") == num_all + 1; }));
+      waitFor([&] { return diagnostics_.status().number("clouds inserted") == num_all + 2; }));
   // An observation with another resolution is refused.
-  late.sequence = 2;
+  late.sequence = 3;
   late.resolution = 0.2;
   network_.sendAs(1, late);
   EXPECT_TRUE(waitFor([this] { return merging_.status().number("observations refused") == 1; }));
