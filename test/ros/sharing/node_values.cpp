@@ -377,7 +377,7 @@ class NodeValues : public ::testing::Test {
 
 TEST_F(NodeValues, AreCopiedBitByBitByEarlyAndLateListenersAndAfterARestart) {
   const CuboidMapClient client(nh_, kName);
-  ASSERT_TRUE(waitFor([&] { return client.hasMap(); }));
+  ASSERT_TRUE(waitFor([&] { return client.instance() != 0; })) << "the map is empty";
   setBox(-1.0, 1.0, 0.3);
   setBox(-0.5, 0.5, 0.8);
   expectSame(client, setBox(0.0, 0.7, 0.31));
@@ -398,7 +398,7 @@ TEST_F(NodeValues, AreCopiedBitByBitByEarlyAndLateListenersAndAfterARestart) {
 
 TEST_F(NodeValues, AreThereAfterTheMapWasReplacedAsAWhole) {
   const CuboidMapClient client(nh_, kName);
-  ASSERT_TRUE(waitFor([&] { return client.hasMap(); }));
+  ASSERT_TRUE(waitFor([&] { return client.instance() != 0; })) << "the map is empty";
   expectSame(client, setBox(-1.0, 1.0, 0.3));
   std_srvs::Empty empty;
   ASSERT_TRUE(callService(std::string(kName) + "/reset", empty));
