@@ -118,9 +118,7 @@ class RecordedMapFollower {
                              ": choose one with --server");
   }
 
-  void noteTaken(const BagMessage& message) {
-    time_ = std::max(time_, message.instance.getTime());
-  }
+  void noteTaken(const BagMessage& message) { time_ = std::max(time_, message.instance.getTime()); }
 
   BagFiles& bags_;
   std::string map_topic_;

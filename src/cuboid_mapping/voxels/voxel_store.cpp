@@ -29,9 +29,8 @@ void complete(const PackedVoxels& before, const VoxelStore::Work& work,
   if (brick.is_gone) return;
   brick.bounds = boundsOf(brick.brick, known);
   brick.has_occupied = brick.voxels.isAnyOccupied();
-  brick.has_other_branch =
-      brick.is_new || brick.has_occupied != before.isAnyOccupied() ||
-      (has_other_known && brick.bounds != boundsOf(brick.brick, known_before));
+  brick.has_other_branch = brick.is_new || brick.has_occupied != before.isAnyOccupied() ||
+                           (has_other_known && brick.bounds != boundsOf(brick.brick, known_before));
   if (work.divides) brick.cuboids = BrickCuboids(divide(occupied, known.without(occupied)));
 }
 
