@@ -83,7 +83,8 @@ class ContradictionsTest(InputCase):
         self.expect_same(records, good, '', '--set', 'depth_unit=0.001')
 
     def test_depths_that_no_camera_measures_are_refused(self):
-        for depths, unit in ((STEEP.astype(np.float32) + 0.25, 0.001), ((STEEP / 500).astype(np.uint16), 1.0)):
+        for depths, unit in ((STEEP.astype(np.float32) + 0.25, 0.001), (STEEP.astype(np.float32) / 4 + 0.3, 0.004),
+                             ((STEEP / 500).astype(np.uint16), 1.0)):
             records = depth_of(depths, CAMERA)
             self.assertIn('Set depth_unit to their unit', self.map_records(records, status=1))
             self.map_records(records, '--set', f'depth_unit={unit}')

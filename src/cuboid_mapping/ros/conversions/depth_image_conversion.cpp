@@ -208,9 +208,9 @@ std::vector<double> sampleDepths(const Image& image, const DepthReader& reader) 
 /// Finds the unit of an image for which no unit is set, and sets it in the reader. @return Why it is refused.
 std::optional<std::string> findUnit(const Image& image, DepthReader& reader,
                                     std::vector<std::string>& warnings) {
-  constexpr double kLeastDepth_m = 0.05;   ///< Cameras hardly measure nearer.
-  constexpr double kMostDepth_m = 1000.0;  ///< Nor do simulated ones measure farther.
-  constexpr double kMostMetres_m = 100.0;  ///< Whole numbers beyond this are millimetres.
+  constexpr double kLeastDepth_m = 0.05;  ///< Cameras hardly measure nearer.
+  constexpr double kMostDepth_m =
+      100.0;  ///< Nor farther: whole numbers beyond this are millimetres.
   std::vector<double> depths_m = sampleDepths(image, reader);
   if (depths_m.empty()) return std::nullopt;
   const auto num_whole = std::count_if(depths_m.begin(), depths_m.end(), [](double depth_m) {
@@ -223,7 +223,7 @@ std::optional<std::string> findUnit(const Image& image, DepthReader& reader,
     return "as millimetres, half of its depths are at most " + cuboid_mapping::toText(*median) +
            " m";
   }
-  if (*median > kMostMetres_m &&
+  if (*median > kMostDepth_m &&
       20 * num_whole >= 19 * std::distance(depths_m.begin(), depths_m.end())) {
     constexpr double kMillimetre_m = 1e-3;
     reader.setUnit(kMillimetre_m);
