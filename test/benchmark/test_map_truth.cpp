@@ -50,7 +50,7 @@ TEST(MapTruth, AnEndMarginFindsMoreSurfaceAndKeepsTheFreeSpace) {
                                      "--resolution", "0.2", "--margins", "1"});
   ASSERT_EQ(end.status, 0) << end.out;
   const auto figures = readTable(end.out);
-  ASSERT_EQ(figures.size(), 4U) << end.out;
+  ASSERT_EQ(figures.size(), 5U) << end.out;
   const Figures& octomap = figures.at("as OctoMap");
   const Figures& margin = figures.at("end margin 1.0 m");
   EXPECT_GT(octomap.voxels, 1000.0);
@@ -59,6 +59,10 @@ TEST(MapTruth, AnEndMarginFindsMoreSurfaceAndKeepsTheFreeSpace) {
   EXPECT_GT(margin.recall, octomap.recall + 5.0);
   EXPECT_GT(margin.precision, octomap.precision - 2.0);
   EXPECT_GT(margin.free_space, octomap.free_space - 1.0);
+  const Figures& keep_surfaces = figures.at("keep_surfaces");
+  EXPECT_GT(keep_surfaces.recall, octomap.recall + 1.0);
+  EXPECT_GT(keep_surfaces.precision, octomap.precision - 1.0);
+  EXPECT_GT(keep_surfaces.free_space, octomap.free_space - 1.0);
   EXPECT_LT(figures.at("beams end 1.0 m early").free_space, octomap.free_space - 5.0);
   EXPECT_LT(figures.at("not beside hits, 1.0 m").free_space, octomap.free_space - 5.0);
 }

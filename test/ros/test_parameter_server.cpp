@@ -54,7 +54,7 @@ TEST(ParameterServer, ValuesOfALaunchFileArrive) {
   EXPECT_EQ(loaded.parameters.frame_id, "odom");
   EXPECT_EQ(loaded.parameters.map.resolution_m, 1.0);
   EXPECT_EQ(loaded.parameters.source.sensor_model.hit, 0.8);
-  EXPECT_EQ(loaded.parameters.map.rtree.max_branches, 24);
+  EXPECT_EQ(loaded.parameters.queue_size, 24);
   EXPECT_EQ(loaded.parameters.source.max_range_m, std::numeric_limits<double>::infinity());
   EXPECT_EQ(loaded.parameters.source.crop.max_m.z(), 2.5e3);
   EXPECT_FALSE(loaded.parameters.latch);

@@ -125,7 +125,8 @@ TEST_F(BagPoses, makeTheMapThatRightTransformsMake) {
 
 TEST_F(BagPoses, LeaveOutCloudsOutsideTheirTime) {
   std::ofstream(folder_ / "short.txt")
-      << "1600000001.5 0 0 0 0 0 0 1\n1600000004.5 1 0 0 0 0 0 1\n";
+      << "1600000001.5 0 0 0 0 0 0 1\n1600000002.25 0.25 0 0 0 0 0 1\n1600000003 0.5 0 0 0 0 0 1\n"
+         "1600000003.75 0.75 0 0 0 0 0 1\n1600000004.5 1 0 0 0 0 0 1\n";
   const ProgramEnd end = run("drifting.bag", {"--poses", folder_ / "short.txt"});
   EXPECT_EQ(end.status, 0) << end.err;
   EXPECT_NE(end.out.find("3 of 8 clouds"), std::string::npos) << end.out;

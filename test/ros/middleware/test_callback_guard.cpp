@@ -141,7 +141,7 @@ TEST(CallbackGuard, NodeHandlesAreMadeOfOthersOnly) {
 /// Wall time jumps, for example when a robot without a battery for its clock gets the time of the network.
 TEST(CallbackGuard, NoIntervalIsMeasuredInWallTime) {
   Files files = filesWith("WallTime::now");
-  for (const char* has_session : {"map_publisher.cpp", "observation_publisher.cpp"}) {
+  for (const char* has_session : {"guarded_map.h", "observation_publisher.cpp"}) {
     files.erase(has_session);
   }
   EXPECT_EQ(files, Files{});
