@@ -108,8 +108,10 @@ void Way::setVisible(bool is_visible) {
 void DisplayWay::load(test::RvizWindow& window, const CuboidMap& map) {
   updates_ = nh_.advertise<CuboidMapUpdate>(cuboid_mapping_ros::kCuboidMapUpdatesTopic, 20);
   images_ = nh_.advertise<FullCuboidMap>(cuboid_mapping_ros::kCuboidMapTopic, 1, true);
-  const cuboid_mapping_ros::ImageMessage message{inMap(), makeImage(map, 1, MapDetail::kClasses), 1,
-                                                 0, ros::this_node::getName()};
+  cuboid_mapping_ros::ImageMessage message;
+  message.image = makeImage(map, 1, MapDetail::kClasses);
+  message.image.label.frame_id = inMap().frame_id;
+  message.server = ros::this_node::getName();
   images_.publish(toMessage(message));
   revision_ = map.revision();
   display_ = window.addDisplay("cuboid_mapping/CuboidMap");
@@ -124,9 +126,10 @@ bool DisplayWay::isDrawn(test::RvizWindow& /*window*/) const {
 }
 
 std::optional<double> DisplayWay::send(const CuboidMap& map, const ChangeSet& changes) {
-  const cuboid_mapping_ros::DeltaMessage message{
-      inMap(), makeDelta(map, changes, 1, revision_, MapDetail::kClasses),
-      ros::this_node::getName()};
+  cuboid_mapping_ros::DeltaMessage message;
+  message.delta = makeDelta(map, changes, 1, revision_, MapDetail::kClasses);
+  message.delta.label.frame_id = inMap().frame_id;
+  message.server = ros::this_node::getName();
   updates_.publish(toMessage(message));
   revision_ = map.revision();
   return std::nullopt;
