@@ -43,7 +43,7 @@ struct Insertion {
 };
 
 std::vector<Insertion> makeInsertions(const MapConfig& config) {
-  const auto with_map = [](MapConfig map_config) {
+  const auto with_map = [](const MapConfig& map_config) {
     return [map_config](const std::vector<Scan>& scans) {
       CuboidMap map(map_config);
       ScanUpdater updater(map.grid());

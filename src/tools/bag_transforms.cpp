@@ -136,12 +136,12 @@ void BagTransforms::readTopics(BagFiles& bags, const std::vector<std::string>& t
     }
   }
   setFirstStatics();
-  findRuns(std::move(moving));
+  findRuns(moving);
   const std::vector<std::string> left_out = log.describe();
   notes_.insert(notes_.end(), left_out.begin(), left_out.end());
 }
 
-void BagTransforms::findRuns(std::map<std::string, Moving> frames) {
+void BagTransforms::findRuns(std::map<std::string, Moving>& frames) {
   for (auto& [name, frame] : frames) {
     auto& positions = frame.positions;
     std::stable_sort(positions.begin(), positions.end(),

@@ -64,7 +64,7 @@ class BagTransforms {
     std::set<std::string> files;
   };
 
-  void findRuns(std::map<std::string, Moving> frames);
+  void findRuns(std::map<std::string, Moving>& frames);
   void readTopics(BagFiles& bags, const std::vector<std::string>& topics);
   void setFirstStatics();
 

@@ -48,6 +48,7 @@ std::optional<PoseTrack> findGapMotions(const PoseTrack& old, const PoseTrack& p
   }
   if (motions.empty()) return std::nullopt;
   std::vector<StampedPose> stamped;
+  stamped.reserve(motions.size());
   for (const auto& [stamp_ns, motion] : motions) stamped.push_back({stamp_ns, motion});
   return PoseTrack(std::move(stamped));
 }

@@ -44,6 +44,7 @@ std::string findFaultOfBoxes(const char* name, const std::vector<CellBox>& boxes
 
 std::vector<CellBox> boxesOf(const std::vector<Cuboid>& cuboids) {
   std::vector<CellBox> boxes;
+  boxes.reserve(cuboids.size());
   for (const Cuboid& cuboid : cuboids) boxes.push_back(cuboid.box);
   return boxes;
 }

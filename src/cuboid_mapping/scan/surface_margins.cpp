@@ -20,6 +20,11 @@ constexpr float kMaxGap = 5.0F;
 /// In reaches: shorter parts are noise.
 constexpr float kMinMargin = 2.0F;
 
+/// Index of a place in the grid.
+std::size_t indexOf(int row, int column) {
+  return static_cast<std::size_t>(row) * std::size_t{kColumns} + static_cast<std::size_t>(column);
+}
+
 }  // namespace
 
 /// Whether the surface between two neighbours is grazed, the second being farther from the beam: it rises by less than 1
@@ -48,8 +53,7 @@ void SurfaceMargins::place(const Scan& scan) {
     const auto row = static_cast<int>(std::lround(std::atan2(end.z(), flat) * kPlacesPerRad));
     places_[i] = {static_cast<std::int16_t>((column + kColumns) % kColumns),
                   static_cast<std::int16_t>(row + kRows / 2)};
-    grid_[static_cast<std::size_t>(places_[i].row * kColumns + places_[i].column)] =
-        static_cast<std::int32_t>(i);
+    grid_[indexOf(places_[i].row, places_[i].column)] = static_cast<std::int32_t>(i);
   }
 }
 
@@ -60,7 +64,7 @@ const Eigen::Vector3f* SurfaceMargins::findNear(const Place& place, const Way& w
     const int row = place.row + way.rows * step;
     if (row < 0 || row >= kRows) break;
     const int column = (place.column + way.columns * step + kColumns) % kColumns;
-    const std::int32_t index = grid_[static_cast<std::size_t>(row * kColumns + column)];
+    const std::int32_t index = grid_[indexOf(row, column)];
     if (index >= 0) return &ends_[static_cast<std::size_t>(index)];
   }
   return nullptr;
@@ -71,7 +75,7 @@ float SurfaceMargins::beginOf(std::size_t beam, const Way& way) const {
   const Place place = places_[beam];
   const float length_m = ends_[beam].norm();
   const Eigen::Vector3f direction = ends_[beam] / length_m;
-  const auto seenFrom = [&](const Eigen::Vector3f& end) {
+  const auto seen_from = [&](const Eigen::Vector3f& end) {
     const float along_m = end.dot(direction);
     return SeenEnd{along_m, (end - along_m * direction).norm()};
   };
@@ -79,10 +83,10 @@ float SurfaceMargins::beginOf(std::size_t beam, const Way& way) const {
   int step = 0;
   const Eigen::Vector3f* near = findNear(place, way, step);
   while (near != nullptr) {
-    const SeenEnd seen = seenFrom(*near);
+    const SeenEnd seen = seen_from(*near);
     const Eigen::Vector3f* next = findNear(place, way, step);
     if (last.along_m - seen.along_m > kMaxGap * reach_m_ &&
-        (next == nullptr || !isGrazed(seen, seenFrom(*next), way))) {
+        (next == nullptr || !isGrazed(seen, seen_from(*next), way))) {
       break;  // Something stands before the surface.
     }
     if (seen.across_m > reach_m_) {

@@ -18,7 +18,7 @@ std::string findPrefixed(const tf2::BufferCore& tf, const std::string& frame_id,
                          const std::string& cloud_frame_id) {
   if (tf._frameExists(withoutSlash(frame_id))) return frame_id;
   const std::string ending = '/' + withoutSlash(frame_id);
-  const std::string beside = cloud_frame_id.substr(0, cloud_frame_id.rfind('/')) + ending;
+  std::string beside = cloud_frame_id.substr(0, cloud_frame_id.rfind('/')) + ending;
   if (tf._frameExists(beside)) return beside;
   std::vector<std::string> known;
   tf._getFrameStrings(known);

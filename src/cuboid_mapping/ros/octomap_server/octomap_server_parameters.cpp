@@ -39,10 +39,10 @@ std::vector<ParameterDeclaration> declareProducts() {
 constexpr std::array<const char*, 4> kChannels{"r", "g", "b", "a"};
 
 /// Sets channels of a colour; those that are not given stay.
-std::string setColor(std::array<double, 4>& color, XmlRpc::XmlRpcValue group) {
+std::string setColor(std::array<double, 4>& color, const XmlRpc::XmlRpcValue& group) {
   if (group.getType() != XmlRpc::XmlRpcValue::TypeStruct) return "write color/r or {r: 1.0}";
   std::array<double, 4> changed = color;
-  for (auto& [name, value] : group) {
+  for (const auto& [name, value] : group) {
     const auto channel = std::find(kChannels.begin(), kChannels.end(), name);
     const auto number = numberOf(value);
     if (channel == kChannels.end()) return "it has no " + name;

@@ -78,7 +78,9 @@ const std::vector<std::pair<Group, std::vector<std::string>>> kGroupKeys = {
 };
 
 Group groupOf(const ParameterDeclaration& declaration) {
-  for (const auto& [group, keys] : kGroupKeys) {
+  for (const auto& group_keys : kGroupKeys) {
+    const Group group = group_keys.first;
+    const auto& keys = group_keys.second;
     if (group == Group::kSensor && declaration.kind.is_of_source) return group;
     const auto matches = [&](const std::string& key) {
       const bool is_start = group != Group::kFirst;
