@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/io/bin_scans.h"
 
+#include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/pose_lines.h"
 
 #include <algorithm>
@@ -16,15 +17,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr BinRow kKittiRow{4 * sizeof(float), false};
-
-std::string readBytes(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::ostringstream bytes;
-  if (!(in && (fs::is_empty(file) || bytes << in.rdbuf()))) {
-    throw std::runtime_error("cannot read " + file.string());
-  }
-  return bytes.str();
-}
 
 std::size_t sizeOf(const BinRow& row) { return row.has_doubles ? sizeof(double) : sizeof(float); }
 
@@ -161,7 +153,7 @@ class BinScans : public ScanDataset {
   [[nodiscard]] std::size_t size() const override { return files_.size(); }
 
   [[nodiscard]] Item read(std::size_t index) const override {
-    const std::string bytes = readBytes(files_.at(index));
+    const std::string bytes = readFile(files_.at(index).string());
     if (bytes.size() % row_.num_bytes != 0) refuse(files_[index]);
     Item item;
     item.T_map_sensor = poses_[index];
@@ -182,7 +174,7 @@ class BinScans : public ScanDataset {
   void chooseRow() {
     row_ = kKittiRow;
     for (const fs::path& file : files_) {
-      const std::string bytes = readBytes(file);
+      const std::string bytes = readFile(file.string());
       if (bytes.empty()) continue;
       const auto row = findRow(bytes);
       if (!row) refuse(file);
