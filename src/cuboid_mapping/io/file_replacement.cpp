@@ -2,18 +2,18 @@
 #include "cuboid_mapping/io/file_replacement.h"
 
 #include <fcntl.h>
+#include <mntent.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <climits>
 #include <cstdio>
-#include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
+#include <memory>
 #include <system_error>
 #include <utility>
 
@@ -107,19 +107,13 @@ std::string targetOf(const std::string& file) {
 bool isMountPoint(const std::string& path) {
   std::error_code error;
   const std::string real = fs::canonical(path, error).string();
-  std::ifstream mounts("/proc/self/mountinfo");
-  for (std::string line; std::getline(mounts, line);) {
-    std::istringstream words(line);
-    std::string place;
-    for (int field = 0; field < 5; ++field) words >> place;  // The fifth one.
-    std::string plain;
-    for (std::size_t i = 0; i < place.size(); ++i) {
-      const bool is_octal = place[i] == '\\' && i + 3 < place.size();  // Such as \040 for a space.
-      plain += is_octal ? static_cast<char>(std::strtol(place.substr(i + 1, 3).c_str(), nullptr, 8))
-                        : place[i];
-      i += is_octal ? 3 : 0;
-    }
-    if (plain == real) return true;
+  const std::unique_ptr<FILE, int (*)(FILE*)> mounts(setmntent("/proc/self/mounts", "r"),
+                                                     endmntent);
+  if (!mounts) return false;
+  mntent entry{};
+  std::array<char, 4 * PATH_MAX> text{};
+  while (getmntent_r(mounts.get(), &entry, text.data(), static_cast<int>(text.size())) != nullptr) {
+    if (real == entry.mnt_dir) return true;
   }
   return false;
 }
