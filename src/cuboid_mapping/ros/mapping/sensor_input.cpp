@@ -48,6 +48,10 @@ ScanLimits makeScanLimits(const SourceParameters& source) {
   return limits;
 }
 
+BeamRanges beamRangesOf(const SourceParameters& source) {
+  return {source.max_range_m, source.end_margin_m, source.keep_surfaces};
+}
+
 }  // namespace
 
 int numThreads(const NodeParameters& parameters) {
@@ -71,9 +75,8 @@ SensorInput::SensorInput(const NodeParameters& parameters, const SourceParameter
       checks_(source.type == SourceType::kDepthImage, {source.max_range_m, max_beam_m_}),
       sensor_model_(source.sensor_model, parameters.map.environment),
       scan_limits_(makeScanLimits(source)),
-      scan_updater_(grid_,
-                    BeamRanges{source.max_range_m, source.end_margin_m, source.keep_surfaces},
-                    numThreads(parameters), parameters.map.beamSampling()) {}
+      scan_updater_(grid_, beamRangesOf(source), numThreads(parameters),
+                    parameters.map.beamSampling()) {}
 
 Observed SensorInput::compute(const SensorMessage& cloud, const CloudPoses& poses) {
   Stopwatch stopwatch;
@@ -213,7 +216,7 @@ std::optional<KeptObservation> SensorInput::takeKept(const SensorMessage& cloud,
   kept.cloud.T_map_body = poses.body->T_map_body;
   kept.cloud.scans_body = std::move(kept_scans_);
   kept.config.sensor_model = source_.sensor_model;
-  kept.config.ranges = {source_.max_range_m, source_.end_margin_m, source_.keep_surfaces};
+  kept.config.ranges = beamRangesOf(source_);
   kept.config.limits = scan_limits_;
   kept.config.marks = source_.use != SourceUse::kClear;
   kept.config.clears = source_.use != SourceUse::kMark;
