@@ -36,7 +36,7 @@ std::string percentOf(std::size_t part, std::size_t whole) {
 }  // namespace
 
 void CloudChecks::note(const CloudPoints& cloud, const Eigen::Vector3d& sensor_cloud) {
-  for (const std::string& warning : cloud.warnings) warnOnce(warning, warning);
+  noteWarnings(cloud.warnings);
   if (num_points_ >= kMaxJudgedPoints) return;
   const Eigen::Vector3f origin = (sensor_cloud - cloud.anchor_cloud).cast<float>();
   const std::size_t step = cloud.points.size() / kCheckedPoints + 1;
@@ -71,6 +71,10 @@ void CloudChecks::noteFrame(const std::string& frame_id, const std::string& map_
                "they are transformed clouds of a sensor, set sensor_frame: otherwise beams "
                "start at the origin of '" +
                name + "'");
+}
+
+void CloudChecks::noteWarnings(const std::vector<std::string>& warnings) {
+  for (const std::string& warning : warnings) warnOnce(warning, warning);
 }
 
 std::vector<std::string> CloudChecks::takeWarnings() { return std::exchange(warnings_, {}); }

@@ -32,6 +32,9 @@ class CloudChecks {
   /// @param sensor_cloud  Start of the beams. @complexity O(1): reads a sample of the points.
   void note(const CloudPoints& cloud, const Eigen::Vector3d& sensor_cloud);
 
+  /// Notes warnings of a conversion; note() does so with those of the cloud.
+  void noteWarnings(const std::vector<std::string>& warnings);
+
   /// Notes the frame of a cloud whose beams start at its origin. Reports frames that no sensor has: the map's,
   /// and those that REP 105 fixes in the world.
   void noteFrame(const std::string& frame_id, const std::string& map_frame_id);

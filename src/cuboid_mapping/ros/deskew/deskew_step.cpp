@@ -58,18 +58,20 @@ std::optional<CloudError> DeskewStep::refuse(const SensorMessage& message,
                        "t, offset_time or timestamp, or a time_increment");
 }
 
-std::string DeskewStep::findWarning(const SensorMessage& message, const Slices& slices) const {
+std::string DeskewStep::findWarning(const SensorMessage& /*message*/, const Slices& slices) const {
   if (slices.empty()) {
     return "deskew: the times of the points are not within a second of the stamp, and are ignored. "
            "Correct them in the driver, or set time_unit";
   }
-  const auto times = readPointTimes(message, true, unit_s_);
-  return times ? times->warning : "";
+  return {};
 }
 
 std::vector<CloudPoints> DeskewStep::divide(const SensorMessage& message, const CloudPoints& points,
                                             const Slices& slices) const {
-  return divideIntoSlices(points, readTimes(message).value().times_s, slices);
+  const PointTimes times = readTimes(message).value();
+  std::vector<CloudPoints> parts = divideIntoSlices(points, times.times_s, slices);
+  if (!times.warning.empty()) parts.front().warnings.push_back(times.warning);
+  return parts;
 }
 
 }  // namespace cuboid_mapping_ros

@@ -121,12 +121,13 @@ Observed SensorInput::compute(const SensorMessage& cloud, const CloudPoses& pose
 }
 
 std::vector<Scan> SensorInput::makeScans(const SensorMessage& cloud, CloudPoints points,
-                                         const CloudPoses& poses, CloudFigures& figures) const {
+                                         const CloudPoses& poses, CloudFigures& figures) {
   std::vector<Scan> scans;
   if (poses.slices.empty()) {
     scans.push_back(makeScan(std::move(points), poses, figures));
   } else {
     std::vector<CloudPoints> parts = divide(cloud, points, poses);
+    checks_.noteWarnings(parts.front().warnings);
     figures.num_odd_times = points.points.size() + points.no_returns.size();
     for (std::size_t i = 0; i < parts.size(); ++i) {
       figures.num_odd_times -= parts[i].points.size() + parts[i].no_returns.size();

@@ -67,7 +67,7 @@ class SensorInput {
  private:
   /// A scan for each slice, or one. The first has the free points.
   [[nodiscard]] std::vector<Scan> makeScans(const SensorMessage& cloud, CloudPoints points,
-                                            const CloudPoses& poses, CloudFigures& figures) const;
+                                            const CloudPoses& poses, CloudFigures& figures);
   /// Points of the slices of a message.
   [[nodiscard]] std::vector<CloudPoints> divide(const SensorMessage& cloud,
                                                 const CloudPoints& points,

@@ -62,7 +62,7 @@ class SensorStep {
     return {};
   }
   virtual void setOptions(CloudOptions& /*options*/) const {}
-  /// Points of each slice. Only called if findSlices() of this step found some.
+  /// Points of each slice, and warnings in the first. Only called if findSlices() of this step found some.
   [[nodiscard]] virtual std::vector<CloudPoints> divide(const SensorMessage& /*message*/,
                                                         const CloudPoints& /*points*/,
                                                         const Slices& /*slices*/) const {
