@@ -4,6 +4,7 @@
 #include "cuboid_mapping/ros/mapping/sensor_input.h"
 #include "cuboid_mapping/rtree/traversal.h"
 #include "ros/cloud_messages.h"
+#include "ros/node_probe.h"
 #include "support/snapshots.h"
 
 #include <gtest/gtest.h>
@@ -205,11 +206,7 @@ TEST(SensorInput, needsTheTransformOfTheBase) {
   EXPECT_EQ(PoseFrames(parameters, parameters.source).needed(),
             std::vector<std::string>{"base_footprint"});
   TfBuffer tf;
-  geometry_msgs::TransformStamped transform;
-  transform.header.frame_id = "map";
-  transform.child_frame_id = "lidar";
-  transform.transform.rotation.w = 1.0;
-  tf.setTransform(transform, "test", true);
+  tf.setTransform(test::makeTransform("map", "lidar", Eigen::Isometry3d::Identity()), "test", true);
   std_msgs::Header header;
   header.frame_id = "lidar";
   header.stamp = ros::Time(5.0);
@@ -217,8 +214,8 @@ TEST(SensorInput, needsTheTransformOfTheBase) {
   const PoseSearch search = findPoses(tf, frames, header, {});
   EXPECT_FALSE(search.poses) << "never with a wrong pose";
   EXPECT_NE(search.why.find("base_footprint"), std::string::npos) << search.why;
-  transform.child_frame_id = "base_footprint";
-  tf.setTransform(transform, "test", true);
+  tf.setTransform(test::makeTransform("map", "base_footprint", Eigen::Isometry3d::Identity()),
+                  "test", true);
   EXPECT_TRUE(findPoses(tf, frames, header, {}).poses);
 }
 

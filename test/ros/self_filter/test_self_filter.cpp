@@ -6,6 +6,7 @@
 #include "cuboid_mapping/ros/parameters/reconfigure.h"
 #include "cuboid_mapping/ros/self_filter/robot_description.h"
 #include "ros/cloud_messages.h"
+#include "ros/node_probe.h"
 #include "support/random_shapes.h"
 #include "tools/run_program.h"
 
@@ -256,11 +257,7 @@ TEST(SelfFilter, NeedsTheTransformsOfTheRobot) {
   const NodeParameters parameters = makeParameters();
   EXPECT_EQ(PoseFrames(parameters, parameters.source).needed(), std::vector<std::string>{"arm"});
   TfBuffer tf;
-  geometry_msgs::TransformStamped transform;
-  transform.header.frame_id = "map";
-  transform.child_frame_id = "lidar";
-  transform.transform.rotation.w = 1.0;
-  tf.setTransform(transform, "test", true);
+  tf.setTransform(test::makeTransform("map", "lidar", Eigen::Isometry3d::Identity()), "test", true);
   std_msgs::Header header;
   header.frame_id = "lidar";
   header.stamp = ros::Time(5.0);
@@ -271,9 +268,8 @@ TEST(SelfFilter, NeedsTheTransformsOfTheRobot) {
   EXPECT_NE(search.why.find("(a frame of self_filter; see self_filter/ignored_links)"),
             std::string::npos)
       << search.why;
-  transform.child_frame_id = "arm";
-  transform.transform.translation.x = 3.0;
-  tf.setTransform(transform, "test", true);
+  tf.setTransform(test::makeTransform("map", "arm", test::makeTranslation(3.0, 0.0, 0.0)), "test",
+                  true);
   const auto poses = findPoses(tf, frames, header, {}).poses;
   ASSERT_TRUE(poses);
   ASSERT_EQ(poses->T_map_steps.size(), 1U);
