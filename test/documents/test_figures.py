@@ -45,20 +45,23 @@ class ReadmeTest(unittest.TestCase):
         rows = read_rows(text[text.index('## How fast'):text.index('## The paper')])[1:]
         runs = json.loads((ROOT / 'doc/performance/octomap_server.json').read_text())['runs']
         settings = [('kitti_0005_city', 0.2, 50), ('sim_fr079', 0.05, 5), ('drive', 0.1, 5)]
-        self.assertEqual(len(rows), 2 * len(settings))
-        for place, setting in enumerate(settings):
+        self.assertEqual(len(rows), len(settings))
+        for row, setting in zip(rows, settings):
             of_servers = collections.defaultdict(list)
             for run in runs:
                 if (run['bag'], run['resolution_m'], run['max_range_m']) == setting and not run['listens']:
                     of_servers[run['server']].append(run)
             theirs = min((of_server for name, of_server in of_servers.items() if name.startswith('octomap_server')),
                          key=lambda of_server: statistics.median(run['cpu_s'] / run['in_map'] for run in of_server))
-            for row, of_server in zip(rows[2 * place:2 * place + 2], (theirs, of_servers['cuboid_mapping'])):
-                with self.subTest(setting=setting, server=row[2]):
-                    self.assertEqual([cell.strip('*') for cell in row[3:]], [
-                        f"{1000 * statistics.median(run['cpu_s'] / run['in_map'] for run in of_server):.0f} ms",
-                        f"{statistics.median(run['peak_mb'] for run in of_server):.0f} MB",
-                        f"{statistics.median(run['in_map'] for run in of_server):.0f} of {of_server[0]['clouds']}"])
+            cells = []
+            for of_server in (theirs, of_servers['cuboid_mapping']):
+                cells.append([f"{1000 * statistics.median(run['cpu_s'] / run['in_map'] for run in of_server):.0f}",
+                              f"{statistics.median(run['peak_mb'] for run in of_server):.0f}",
+                              f"{statistics.median(run['in_map'] for run in of_server):.0f}"])
+            units = ('ms', 'MB', f"of {theirs[0]['clouds']}")
+            with self.subTest(setting=setting):
+                self.assertEqual([cell.replace('*', '') for cell in row[1:]],
+                                 [f'{octomap_server} / {ours} {unit}' for octomap_server, ours, unit in zip(*cells, units)])
 
 
 class EvaluationTest(unittest.TestCase):
