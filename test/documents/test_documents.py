@@ -36,7 +36,7 @@ def read_prose(text):
 
 def read_commands(block):
     """The words of each command of a block; in a session, only lines with a $."""
-    lines = block.replace('\\\n', ' ').split('\n')
+    lines = block.replace('\\\n', ' ').replace('$(rospack find cuboid_mapping)', '.').split('\n')
     if any(line.startswith('$ ') for line in lines):
         lines = [line[2:] for line in lines if line.startswith('$ ')]
     for line in lines:
