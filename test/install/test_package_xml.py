@@ -48,6 +48,15 @@ def read_all(*patterns):
     return '\n'.join(path.read_text() for pattern in patterns for path in sorted(SOURCE.glob(pattern)))
 
 
+def read_debian_index():
+    """Debian's packages of each key of rosdep."""
+    index = pathlib.Path('/usr/share/python3-rosdep2/debian.yaml')
+    if not index.exists():
+        raise unittest.SkipTest('only Debian has this index')
+    return {key: set(re.findall('- (.+)', packages))
+            for key, packages in re.findall(r'^([\w-]+):\n((?: .*\n)*)', index.read_text(), re.MULTILINE)}
+
+
 class PackageXml(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -99,12 +108,15 @@ class PackageXml(unittest.TestCase):
         self.assertLessEqual(set(SYSTEM_KEYS), set(self.keys), 'the table of this test has keys too many')
 
     def test_ros_keys_are_known_to_debian(self):
-        index = pathlib.Path('/usr/share/python3-rosdep2/debian.yaml')
-        if not index.exists():
-            self.skipTest('only Debian has this index')
-        known = set(re.findall(r'^([\w-]+):$', index.read_text(), re.MULTILINE))
-        self.assertGreater(len(known), 100)
-        self.assertLessEqual(set(self.keys) - set(SYSTEM_KEYS) - NOETIC_ONLY, known)
+        keys = read_debian_index()
+        self.assertGreater(len(keys), 100)
+        self.assertLessEqual(set(self.keys) - set(SYSTEM_KEYS) - NOETIC_ONLY, set(keys))
+
+    def test_what_debian_needs_to_run_is_declared(self):
+        keys = read_debian_index()
+        for package in read_all('scripts/packages/run.txt').split('\n'):
+            named = {key for key, packages in keys.items() if package in packages}
+            self.assertTrue(not named or named & set(self.keys), package)
 
 
 if __name__ == '__main__':
