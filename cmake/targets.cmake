@@ -42,6 +42,10 @@ function(cuboid_mapping_configure target)
   if(CUBOID_MAPPING_FUZZ)  # The fuzzers learn from what they have run through.
     target_compile_options(${target} PRIVATE -fsanitize=fuzzer-no-link)
   endif()
+  get_target_property(type ${target} TYPE)
+  if(type STREQUAL SHARED_LIBRARY AND NOT CUBOID_MAPPING_SANITIZE AND NOT CUBOID_MAPPING_FUZZ)
+    target_link_options(${target} PRIVATE LINKER:--no-undefined)  # Not all linkers say it when they link a program.
+  endif()
   if(CUBOID_MAPPING_SANITIZE)
     target_compile_options(${target} PUBLIC
       -fsanitize=${CUBOID_MAPPING_SANITIZE} -fno-omit-frame-pointer)

@@ -155,7 +155,7 @@ else()
 endif()
 
 # Data sets of scans, and clouds as maps: PCL reads .pcd, OctoMap .graph.
-if(PCL_FOUND AND octomap_FOUND)
+if(PCL_FOUND AND octomap_FOUND AND TARGET cuboid_mapping_io)
   cuboid_mapping_add_part(scans
     cuboid_mapping/io/bin_scans.cpp
     cuboid_mapping/io/pcd_file.cpp
@@ -164,9 +164,9 @@ if(PCL_FOUND AND octomap_FOUND)
   target_include_directories(cuboid_mapping_scans SYSTEM
     PRIVATE ${PCL_INCLUDE_DIRS} ${OCTOMAP_INCLUDE_DIRS})
   target_link_libraries(cuboid_mapping_scans
-    PUBLIC cuboid_mapping::core PRIVATE ${PCL_LIBRARIES} ${OCTOMAP_LIBRARIES})
+    PUBLIC cuboid_mapping::core PRIVATE cuboid_mapping::io ${PCL_LIBRARIES} ${OCTOMAP_LIBRARIES})
 else()
-  cuboid_mapping_left_out(scans "libpcl-dev liboctomap-dev")
+  cuboid_mapping_left_out(scans "libpcl-dev liboctomap-dev, and what io needs")
 endif()
 
 if(NOT CUBOID_MAPPING_ROS)
