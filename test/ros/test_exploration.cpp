@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // examples/explore in the simulated building, with nobody touching it: in the end the voxels are known that the robot
 // could sweep in the true building, and it has run into nothing.
+// Needs the feature planning.
 #include "cuboid_mapping/query/point_query.h"
 #include "cuboid_mapping/ros/cuboid_map_client.h"
 #include "simulation/world.h"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The localization of a running node jumps: ~move_map moves the map, too.
+// Needs the features fleet, window.
 #include "cuboid_mapping/MoveMap.h"
 #include "cuboid_mapping/SetBox.h"
 #include "cuboid_mapping/ros/cuboid_map_client.h"

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The running node: clouds go in, markers come out.
 #include "cuboid_mapping/GetCuboids.h"
-#include "cuboid_mapping/SetBox.h"
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/scan/scan_update.h"
 #include "ros/marker_picture.h"
@@ -27,7 +26,6 @@ namespace {
 using cuboid_mapping::CuboidMap;
 using cuboid_mapping::GetCuboids;
 using cuboid_mapping::MapConfig;
-using cuboid_mapping::SetBox;
 using visualization_msgs::MarkerArray;
 
 /// A viewer of a topic of markers.
@@ -244,15 +242,17 @@ TEST_F(NodeMarkersTest, ResetTakesThemAllAway) {
 // This node has markers/joined.
 TEST(NodeWithJoinedMarkers, AWallThroughSeveralBricksIsOneBox) {
   const std::string node = "/with_sensor_frame";
-  ASSERT_TRUE(ros::service::waitForService(node + "/set_box", ros::Duration(kDeadline_s)));
+  ASSERT_TRUE(ros::service::waitForService(node + "/reset", ros::Duration(kDeadline_s)));
   Viewer occupied(node + "/occupied_cuboids");
-  SetBox wall;
-  wall.request.boxes.resize(1);
-  wall.request.boxes[0].min = toPoint({20.5, 0.0, 0.0});
-  wall.request.boxes[0].max = toPoint({24.5, 0.1, 1.6});
-  wall.request.occupancy = SetBox::Request::OCCUPIED;
-  ASSERT_TRUE(callService(node + "/set_box", wall));
-  ASSERT_TRUE(wall.response.info.success) << wall.response.info.message;
+  ros::NodeHandle nh;
+  auto publisher = nh.advertise<sensor_msgs::PointCloud2>("/transformed_cloud", 10);
+  ASSERT_TRUE(waitFor([&] { return publisher.getNumSubscribers() > 0; }));
+  publishStaticTf(makeTransform("map", "lidar", makeTranslation(0.05, 0.05, 0.05)));
+  std::vector<Eigen::Vector3d> wall;
+  for (double x = 20.55; x < 24.5; x += kResolution_m) {
+    for (double z = 0.05; z < 1.6; z += kResolution_m) wall.emplace_back(x, 0.05, z);
+  }
+  publisher.publish(makeCloud("map", ros::Time(100.0), wall));
   EXPECT_TRUE(waitFor([&] { return occupied.picture().cubes().size() == 1; }));
   const std::array<long, 6> one_cube{22'500'000, 50'000, 800'000, 4'000'000, 100'000, 1'600'000};
   EXPECT_EQ(occupied.picture().cubes().at(0).geometry_um, one_cube);
@@ -267,8 +267,8 @@ TEST(NodeWithJoinedMarkers, AWallThroughSeveralBricksIsOneBox) {
   EXPECT_NEAR(cuboids.response.cuboids[0].max.x, 24.5, 1e-9);
   EXPECT_NEAR(cuboids.response.cuboids[0].max.z, 1.6, 1e-9);
 
-  wall.request.occupancy = SetBox::Request::UNKNOWN;
-  ASSERT_TRUE(callService(node + "/set_box", wall));
+  std_srvs::Empty empty;
+  ASSERT_TRUE(callService(node + "/reset", empty));
   EXPECT_TRUE(occupied.waitForCubes({}));
 }
 

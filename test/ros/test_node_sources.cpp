@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A lidar, a planar laser and a depth camera on a driving robot: node and bag_to_map map the same bag.
+// Needs the features deskew, forgetting, no_returns.
 #include "cuboid_mapping/SaveMap.h"
 #include "cuboid_mapping/io/map_files.h"
 #include "ros/node_probe.h"

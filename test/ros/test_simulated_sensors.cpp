@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Two simulated lidars, a planar laser and a depth camera: their points are correct, and node and bag_to_map make the
 // same map from them.
+// Needs the feature no_returns.
 #include "cuboid_mapping/SaveMap.h"
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/ros/conversions/sensor_conversions.h"

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The node under load for a while: clouds at 10 Hz, subscribers to everything, saves, edits, queries and
 // changes of parameters. Every lost cloud has a counted reason, no call fails, memory does not grow.
+// Needs the feature octomap_server.
 #include "cuboid_mapping/SaveMap.h"
 #include "ros/node_probe.h"
 #include "tools/run_program.h"

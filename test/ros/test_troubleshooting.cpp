@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Symptoms of doc/troubleshooting.md that need running nodes and their logs, and their cures.
+// Needs the features files, ground, no_returns.
 #include "ros/log_probe.h"
-#include "ros/octomap_probe.h"
+#include "ros/octomap_server/octomap_probe.h"
 
 #include <dynamic_reconfigure/Reconfigure.h>
 #include <sensor_msgs/LaserScan.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The lists of the features and of the steps of the sensors. One that is removed here, with its folder and its lines in CMake, is gone:
+// The lists of the features and of the steps of the sensors. One that is removed here, with its folder, is gone:
 // scripts/without.
 #include "cuboid_mapping/ros/mapping/map_feature.h"
 #include "cuboid_mapping/ros/mapping/sensor_step.h"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A running node whose robot drifts: ~correct_poses and corrected_path restore the map of the right poses.
+// Needs the feature window.
 #include "cuboid_mapping/CorrectPoses.h"
 #include "cuboid_mapping/MoveMap.h"
 #include "cuboid_mapping/SetBox.h"

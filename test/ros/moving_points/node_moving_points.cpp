@@ -67,7 +67,7 @@ class NodeMovingPointsTest : public NodeTest {
         "-o",
         folder_ / "bag.cuboids",
         "--params",
-        std::string(CUBOID_MAPPING_SOURCE_DIR) + "/test/ros/moving_points.yaml"};
+        std::string(CUBOID_MAPPING_SOURCE_DIR) + "/test/ros/moving_points/moving_points.yaml"};
     command.insert(command.end(), options.begin(), options.end());
     const auto end = runProgram(command);
     EXPECT_EQ(end.status, 0) << end.err;

@@ -4,7 +4,7 @@
 #include "cuboid_mapping/SaveMap.h"
 #include "cuboid_mapping/ros/mapping/marker_colors.h"
 #include "ros/node_probe.h"
-#include "ros/octomap_probe.h"
+#include "ros/octomap_server/octomap_probe.h"
 #include "tools/run_program.h"
 
 #include <dynamic_reconfigure/Reconfigure.h>

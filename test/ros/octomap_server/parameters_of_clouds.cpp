@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Effects of octomap_server's parameters for clouds in the running node, with the values
 // of octomap_parameters.test.
-#include "ros/server_node.h"
+// Needs the feature ground.
+#include "ros/octomap_server/server_node.h"
 
 #include <algorithm>
 #include <cmath>

@@ -23,7 +23,7 @@ constexpr double kArmDuration_s = 4.0;
 constexpr double kRoom_m = 3.0;  ///< Distance from its middle to its walls.
 
 std::string sourceFile(const std::string& name) {
-  return std::string(CUBOID_MAPPING_SOURCE_DIR) + "/test/ros/" + name;
+  return std::string(CUBOID_MAPPING_SOURCE_DIR) + "/test/ros/self_filter/" + name;
 }
 
 Eigen::Isometry3d turnedAbout(const Eigen::Vector3d& axis, double angle_rad) {

@@ -7,7 +7,7 @@
 #include "cuboid_mapping/io/map_files.h"
 #include "ros/driven_node.h"
 #include "ros/log_probe.h"
-#include "ros/octomap_probe.h"
+#include "ros/octomap_server/octomap_probe.h"
 #include "support/snapshots.h"
 
 namespace cuboid_mapping_ros::test {

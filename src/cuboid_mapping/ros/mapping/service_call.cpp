@@ -21,7 +21,7 @@ using cuboid_mapping::toText;
 /// Maximum wait for tf: requests have the current time or the stamp of a sensor, which tf reaches some
 /// milliseconds later.
 constexpr std::chrono::milliseconds kTfPatience(200);
-constexpr std::chrono::milliseconds kTfPeriod(5);
+constexpr std::chrono::milliseconds kLookupPeriod(5);
 
 std::string describeInput(const FieldName& field) {
   return field.element ? std::string(field.name) + '[' + std::to_string(*field.element) + ']'
@@ -46,7 +46,7 @@ void awaitTransform(const MapInFrame& map, const std::string& source, const ros:
   const auto is_stopped = [&] { return map.is_stopped != nullptr && *map.is_stopped; };
   try {
     while (isAheadOfTf(map.tf, target, source, stamp) && Clock::now() < end && !is_stopped()) {
-      std::this_thread::sleep_for(kTfPeriod);
+      std::this_thread::sleep_for(kLookupPeriod);
     }
   } catch (const std::exception&) {  // lookupTransform() reports it.
   }

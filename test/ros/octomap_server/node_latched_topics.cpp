@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The running node at rest: a subscriber of any topic gets the whole, whenever and wherever it connects.
 #include "ros/node_probe.h"
-#include "ros/octomap_probe.h"
+#include "ros/octomap_server/octomap_probe.h"
 #include "tools/run_program.h"
 
 #include <nav_msgs/OccupancyGrid.h>

@@ -2,7 +2,7 @@
 // One of several running nodes, each in its own namespace, and its messages about a cloud.
 #pragma once
 
-#include "ros/octomap_probe.h"
+#include "ros/octomap_server/octomap_probe.h"
 #include "support/snapshots.h"
 
 #include <nav_msgs/OccupancyGrid.h>
