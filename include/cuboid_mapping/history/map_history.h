@@ -82,8 +82,6 @@ class MapCorrection {
   [[nodiscard]] std::size_t numClouds() const;
   /// Number of these clouds outside the new poses.
   [[nodiscard]] std::size_t numOutside() const;
-  /// Number of bricks taken over because no moved cloud touches them; 0 if the whole map was rebuilt.
-  [[nodiscard]] std::size_t numStayed() const;
   /// Largest motion of the body.
   [[nodiscard]] double maxShift_m() const;
 
@@ -145,20 +143,14 @@ class MapHistory {
   [[nodiscard]] double findShift_m(const PoseTrack& poses, double distance_m) const;
 
   /// Begins a correction, which catchUp() fills.
-  /// @param current  Null, or the map made from the clouds and edits so far; nothing changes it or the history
-  ///                 during the call. If few clouds and no edits move, bricks that no moved cloud touches, with
-  ///                 old or new pose, are copied from it: the result is the same. Ignored with
-  ///                 FusionKind::kGrowth.
   /// @throws std::invalid_argument  when no cloud is kept, or none lies within the new poses.
-  [[nodiscard]] MapCorrection begin(const PoseTrack& poses, const CorrectionRule& rule = {},
-                                    const CuboidMap* current = nullptr);
+  [[nodiscard]] MapCorrection begin(const PoseTrack& poses, const CorrectionRule& rule = {});
 
   /// Rebuilds the map with other poses of the body, on the config's threads: begin() and catchUp(). Clouds and
-  /// edits may be added meanwhile, but with `current` only after begin() has returned.
+  /// edits may be added meanwhile.
   /// @param listener  Reports clouds and edits; its exceptions are passed on. @throws As begin().
   [[nodiscard]] MapCorrection correct(const PoseTrack& poses, const CorrectionRule& rule = {},
-                                      const ProgressListener& listener = {},
-                                      const CuboidMap* current = nullptr);
+                                      const ProgressListener& listener = {});
 
   /// Puts clouds and edits added since the last call into a corrected map, so that finish() has less to do.
   /// @throws std::runtime_error  after a restart(), and as correct(). @return Number of clouds and edits put

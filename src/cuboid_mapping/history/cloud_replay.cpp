@@ -28,33 +28,20 @@ std::vector<Scan> placeScans(const Eigen::Isometry3d& T_map_body,
   return scans;
 }
 
-ScanUpdater& CloudReplay::updaterOf(const ObservationConfig& config) {
-  const MapConfig& of_map = map_.config();
-  return updaters_
-      .try_emplace(&config, map_.grid(), config.ranges, of_map.threads, of_map.beamSampling())
-      .first->second;
-}
-
-const ScanUpdate& CloudReplay::walk(const std::vector<Scan>& scans_body,
-                                    const Eigen::Isometry3d& T_map_body,
-                                    const ObservationConfig& config, const BrickRegion* region) {
-  FilterCounts ignored;
-  std::vector<Scan> scans = placeScans(T_map_body, scans_body, config.limits, ignored);
-  if (region != nullptr) {
-    for (Scan& scan : scans) region->cut(map_.grid(), scan);
-  }
-  return updaterOf(config).compute(scans.data(), scans.size());
-}
-
 void CloudReplay::put(const std::vector<Scan>& scans_body, const Eigen::Isometry3d& T_map_body,
-                      const ObservationConfig& config, const BrickRegion* region) {
-  (void)walk(scans_body, T_map_body, config, region);
+                      const ObservationConfig& config) {
+  const MapConfig& of_map = map_.config();
+  ScanUpdater& updater =
+      updaters_
+          .try_emplace(&config, map_.grid(), config.ranges, of_map.threads, of_map.beamSampling())
+          .first->second;
+  FilterCounts ignored;
+  const std::vector<Scan> scans = placeScans(T_map_body, scans_body, config.limits, ignored);
+  (void)updater.compute(scans.data(), scans.size());
   applying_.wait();
-  updaterOf(config).swapUpdate(update_);
-  if (region != nullptr) region->cut(update_);
+  updater.swapUpdate(update_);
   if (!config.clears) keepMarks(update_);
   if (!config.marks) keepClears(update_);
-  const MapConfig& of_map = map_.config();
   const auto apply = [this, model = SensorModel(config.sensor_model, of_map.environment)] {
     map_.apply(update_, model);
   };

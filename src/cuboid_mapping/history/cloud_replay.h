@@ -2,7 +2,6 @@
 // Puts kept clouds into a map, one after the other.
 #pragma once
 
-#include "cuboid_mapping/history/brick_region.h"
 #include "cuboid_mapping/history/map_history.h"
 #include "cuboid_mapping/parallel/parallel_for.h"
 #include "cuboid_mapping/scan/scan_update.h"
@@ -23,19 +22,13 @@ class CloudReplay {
   /// @param map  Must outlive this object. Read it only after wait().
   explicit CloudReplay(CuboidMap& map) : map_(map) {}
 
-  /// Observations of a cloud. Does not read the map. @param config  Must not move while this object lives.
-  /// @param region  Unless null, limits the observations to these bricks. @return Valid until the next call.
-  const ScanUpdate& walk(const std::vector<Scan>& scans_body, const Eigen::Isometry3d& T_map_body,
-                         const ObservationConfig& config, const BrickRegion* region = nullptr);
-  /// Puts a cloud into the map. @param region  Unless null, only these bricks change.
+  /// Puts a cloud into the map. @param config  Must not move while this object lives.
   void put(const std::vector<Scan>& scans_body, const Eigen::Isometry3d& T_map_body,
-           const ObservationConfig& config, const BrickRegion* region = nullptr);
+           const ObservationConfig& config);
   /// Waits for the last cloud.
   void wait() { applying_.wait(); }
 
  private:
-  ScanUpdater& updaterOf(const ObservationConfig& config);
-
   CuboidMap& map_;
   std::map<const ObservationConfig*, ScanUpdater> updaters_;
   ScanUpdate update_;

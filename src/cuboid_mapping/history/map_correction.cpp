@@ -6,14 +6,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <utility>
 
 namespace cuboid_mapping {
 namespace {
-
-/// Share of touched bricks above which the whole map is rebuilt.
-constexpr double kMaxTouched = 0.75;
 
 CellBox translated(const CellBox& box, const Cell& shift) {
   return box.isEmpty() ? box : intersect({box.min + shift, box.max + shift}, kAllCells);
@@ -41,17 +37,6 @@ HistoryEvent translated(HistoryEvent edit, const Cell& shift, double resolution_
 
 }  // namespace
 
-void HistoryEvent::measure(const std::vector<Scan>& scans_body) {
-  reach_m = 0.0;
-  for (const Scan& scan : scans_body) {
-    reach_m = std::max<double>(reach_m, scan.origin.norm());
-    for (const auto* ends : {&scan.points, &scan.no_returns, &scan.open_ends, &scan.free_points}) {
-      num_points += ends->size();
-      for (const auto& end : *ends) reach_m = std::max<double>(reach_m, end.norm());
-    }
-  }
-}
-
 double findShift_m(const Eigen::Isometry3d& T_map_old, const Eigen::Isometry3d& T_map_new,
                    double distance_m) {
   const Eigen::AngleAxisd turn(
@@ -67,7 +52,6 @@ MapCorrection::~MapCorrection() = default;
 CuboidMap& MapCorrection::map() { return implementation_->map; }
 std::size_t MapCorrection::numClouds() const { return implementation_->num_clouds; }
 std::size_t MapCorrection::numOutside() const { return implementation_->num_outside; }
-std::size_t MapCorrection::numStayed() const { return implementation_->num_stayed; }
 double MapCorrection::maxShift_m() const { return implementation_->max_shift_m; }
 
 Eigen::Isometry3d MapCorrection::Implementation::newPose(const StampedPose& old) const {
@@ -83,32 +67,6 @@ Eigen::Isometry3d MapCorrection::Implementation::newPose(const StampedPose& old)
   return is_tolerated ? old.T_map_body : T_map_new;
 }
 
-void MapCorrection::Implementation::beginMap(const CuboidMap& base) {
-  MapSnapshot snapshot = takeSnapshot(base, "");
-  if (current) {
-    std::vector<VoxelBrick>& bricks = current->bricks;
-    is_local =
-        static_cast<double>(region.size()) <= kMaxTouched * static_cast<double>(bricks.size());
-    if (is_local) {
-      const auto is_anew = [this](const VoxelBrick& brick) { return region.contains(brick.brick); };
-      bricks.erase(std::remove_if(bricks.begin(), bricks.end(), is_anew), bricks.end());
-      num_stayed = bricks.size();
-      std::copy_if(snapshot.bricks.begin(), snapshot.bricks.end(), std::back_inserter(bricks),
-                   is_anew);
-      sortBricks(bricks);
-      snapshot.bricks = std::move(bricks);
-    }
-    current.reset();
-  }
-  restoreSnapshot(std::move(snapshot), map);
-}
-
-bool MapCorrection::Implementation::concerns(const HistoryEvent& cloud) const {
-  const BrickRegion* only = regionOfNext();
-  return only == nullptr ||
-         only->isNear(map.grid(), newPose(cloud.pose).translation(), cloud.reach_m);
-}
-
 void MapCorrection::Implementation::put(const HistoryEvent& event, const std::string& packed,
                                         double step_m, CloudReplay& replay) {
   if (!event.isCloud()) {
@@ -118,9 +76,7 @@ void MapCorrection::Implementation::put(const HistoryEvent& event, const std::st
   }
   const Eigen::Isometry3d T_map_body = newPose(event.pose);
   motion = motionOf(event);
-  if (!packed.empty()) {
-    replay.put(unpackScans(packed, step_m), T_map_body, *event.config, regionOfNext());
-  }
+  replay.put(unpackScans(packed, step_m), T_map_body, *event.config);
   poses.push_back(T_map_body);
   ++num_clouds;
   num_outside += track.covers(event.pose.stamp_ns) ? 0 : 1;
@@ -148,31 +104,16 @@ Cell MapCorrection::Implementation::shiftOf(const HistoryEvent& edit,
 void MapCorrection::Implementation::putEdit(const HistoryEvent& edit) {
   if (rule.edits_move) return putMovedEdit(edit);
   map.setLocked(edit.locked);
-  replace(edit);
+  map.replace(edit.box, edit.bricks);
 }
 
 void MapCorrection::Implementation::putMovedEdit(const HistoryEvent& edit) {
   HistoryEvent moved = translated(edit, shiftOf(edit, motion), map.grid().resolution());
   for (const CellBox& box : moved.newly_unlocked) map.unlock(box);
   for (const CellBox& box : moved.newly_locked) map.lock(box);
-  replace(moved);
+  map.replace(moved.box, moved.bricks);
   moved.locked = map.lockedBoxes();
   moved_edits[poses.size()] = std::move(moved);
-}
-
-void MapCorrection::Implementation::replace(const HistoryEvent& edit) {
-  const BrickRegion* only = regionOfNext();
-  if (only == nullptr || edit.box.isEmpty()) {
-    map.replace(edit.box, edit.bricks);
-    return;
-  }
-  std::vector<VoxelBrick> bricks;
-  std::copy_if(edit.bricks.begin(), edit.bricks.end(), std::back_inserter(bricks),
-               [&](const VoxelBrick& brick) { return only->contains(brick.brick); });
-  map.voxels().forEachIn(edit.box, [&](const VoxelBrick& brick) {
-    if (!only->contains(brick.brick)) bricks.push_back(brick);  // These bricks stay.
-  });
-  map.replace(edit.box, bricks);
 }
 
 }  // namespace cuboid_mapping

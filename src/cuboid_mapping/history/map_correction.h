@@ -2,7 +2,6 @@
 // A corrected map that is being built.
 #pragma once
 
-#include "cuboid_mapping/history/brick_region.h"
 #include "cuboid_mapping/history/cloud_replay.h"
 #include "cuboid_mapping/history/map_history.h"
 
@@ -24,7 +23,6 @@ struct HistoryEvent {
   std::int64_t time_ns = 0;  ///< By the StampClock.
   std::size_t num_bytes = 0;
   std::size_t num_points = 0;
-  double reach_m = 0.0;  ///< Greatest distance of a point from the body.
   // Members of an edit:
   CellBox box{};
   CellBox whole{};  ///< Box of the whole edit, whose parts move as one.
@@ -37,8 +35,6 @@ struct HistoryEvent {
   ///@}
 
   [[nodiscard]] bool isCloud() const { return config != nullptr; }
-  /// Notes the number of points of a cloud, and the reach of its beams.
-  void measure(const std::vector<Scan>& scans_body);
 };
 
 /// Largest motion of a point at this distance from a body.
@@ -60,16 +56,7 @@ struct MapCorrection::Implementation {
   /// Shift of an edit, in voxels, after a cloud with this motion.
   [[nodiscard]] Cell shiftOf(const HistoryEvent& edit, const Eigen::Isometry3d& motion) const;
 
-  /// Starts from the initial map of the history, in the region or everywhere.
-  void beginMap(const CuboidMap& base);
-
-  /// Region of the next event; null if it is not limited.
-  [[nodiscard]] const BrickRegion* regionOfNext() const {
-    return is_local && poses.size() < num_before ? &region : nullptr;
-  }
-  /// Whether the next event, a cloud, may touch rebuilt bricks.
-  [[nodiscard]] bool concerns(const HistoryEvent& cloud) const;
-  /// Applies the next event. @param packed  Empty for a cloud that touches nothing.
+  /// Applies the next event. @param packed  Empty for an edit.
   void put(const HistoryEvent& event, const std::string& packed, double step_m,
            CloudReplay& replay);
 
@@ -93,16 +80,9 @@ struct MapCorrection::Implementation {
   std::uint64_t start = 0;     ///< Number of the restart() that it belongs to.
   std::shared_ptr<void> hold;  ///< Keeps events while it lives.
 
-  std::optional<MapSnapshot> current;  ///< Current map until the region is known.
-  bool is_local = false;               ///< Whether bricks outside the region stay.
-  BrickRegion region;                  ///< Bricks touched by moved clouds, with old and new poses.
-  std::size_t num_before = 0;          ///< Number of events in `current`.
-  std::size_t num_stayed = 0;          ///< Number of bricks that stayed.
-
  private:
   void putEdit(const HistoryEvent& edit);
   void putMovedEdit(const HistoryEvent& edit);
-  void replace(const HistoryEvent& edit);
 };
 
 }  // namespace cuboid_mapping

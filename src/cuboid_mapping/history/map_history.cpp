@@ -53,9 +53,6 @@ std::optional<PoseTrack> findGapMotions(const PoseTrack& old, const PoseTrack& p
   return PoseTrack(std::move(stamped));
 }
 
-/// Share of moved clouds above which the whole map is rebuilt.
-constexpr double kMaxMoved = 0.25;
-
 std::string describeTimes(std::int64_t begin_ns, std::int64_t end_ns) {
   std::ostringstream text;
   text << std::fixed << std::setprecision(3) << 1e-9 * static_cast<double>(begin_ns) << " to "
@@ -185,7 +182,7 @@ struct MapHistory::Implementation {
     const std::lock_guard<std::mutex> lock(mutex);
     return takeNextLocked(correction, event, packed);
   }
-  /// @param packed  Empty for an edit, and for a cloud that touches no rebuilt brick.
+  /// @param packed  Empty for an edit.
   bool takeNextLocked(const MapCorrection::Implementation& correction, HistoryEvent& event,
                       std::string& packed) const {
     check(correction);
@@ -193,51 +190,8 @@ struct MapHistory::Implementation {
     if (i == events.size()) return false;
     event = events[i];
     packed.clear();
-    if (event.isCloud() && correction.concerns(event)) packed = clouds.read(first + i);
+    if (event.isCloud()) packed = clouds.read(first + i);
     return true;
-  }
-
-  /// Finds the motion of the first cloud. @return Whether so few clouds move that other bricks may stay.
-  [[nodiscard]] bool prepareMotion(MapCorrection::Implementation& correction) const {
-    std::size_t num_moved = 0;
-    bool is_edit_moved = false;
-    correction.motion = correction.motionOf(*findFirstCloud());
-    Eigen::Isometry3d motion = correction.motion;
-    for (const HistoryEvent& event : events) {
-      if (event.isCloud()) {
-        motion = correction.motionOf(event);
-        num_moved += correction.moves(event) ? 1 : 0;
-      } else if (correction.shiftOf(event, motion) != Cell{0, 0, 0}) {
-        is_edit_moved = true;
-      }
-    }
-    return !is_edit_moved && base.config().fusion != FusionKind::kGrowth &&
-           static_cast<double>(num_moved) <= kMaxMoved * static_cast<double>(num_clouds);
-  }
-
-  /// Finds the bricks touched by moved clouds; all others stay.
-  void findRegion(MapCorrection::Implementation& correction,
-                  const ProgressListener& listener) const {
-    CloudReplay replay(correction.map);
-    for (std::size_t i = 0; i < correction.num_before; ++i) {
-      HistoryEvent event;
-      std::string packed;
-      {
-        const std::lock_guard<std::mutex> lock(mutex);
-        check(correction);
-        event = events[i];
-        if (event.isCloud() && correction.moves(event)) packed = clouds.read(first + i);
-      }
-      if (packed.empty()) continue;
-      const std::vector<Scan> scans = unpackScans(packed, clouds.step_m());
-      for (const auto& T_map_body : {event.pose.T_map_body, correction.newPose(event.pose)}) {
-        correction.region.add(replay.walk(scans, T_map_body, *event.config));
-      }
-      if (listener) listener(0, correction.num_before);
-    }
-    const std::lock_guard<std::mutex> lock(mutex);
-    check(correction);
-    correction.beginMap(base);
   }
 
   [[nodiscard]] std::size_t countEvents() const {
@@ -295,7 +249,10 @@ void MapHistory::add(const KeptCloud& cloud, const ObservationConfig& config) {
   HistoryEvent event;
   event.config = own.share(config);
   event.pose = {cloud.stamp_ns, cloud.T_map_body};
-  event.measure(cloud.scans_body);
+  for (const Scan& scan : cloud.scans_body) {
+    event.num_points += scan.points.size() + scan.no_returns.size() + scan.open_ends.size() +
+                        scan.free_points.size();
+  }
   own.addCloud(std::move(event), cloud.scans_body, cloud.source);
 }
 
@@ -343,8 +300,7 @@ double MapHistory::findShift_m(const PoseTrack& poses, double distance_m) const 
   return shift_m;
 }
 
-MapCorrection MapHistory::begin(const PoseTrack& poses, const CorrectionRule& rule,
-                                const CuboidMap* current) {
+MapCorrection MapHistory::begin(const PoseTrack& poses, const CorrectionRule& rule) {
   if (!(rule.tolerance_m >= 0.0)) {
     throw std::invalid_argument("the tolerance must be a number >= 0, in metres");
   }
@@ -366,22 +322,20 @@ MapCorrection MapHistory::begin(const PoseTrack& poses, const CorrectionRule& ru
   made->gap_motions = findGapMotions(old, poses);
   made->start = own.start;
   made->hold = own.hold;
-  if (own.prepareMotion(*made) && current != nullptr) made->current = takeSnapshot(*current, "");
-  made->num_before = own.events.size();
-  if (!made->current) made->beginMap(own.base);
+  made->motion = made->motionOf(*own.findFirstCloud());
+  restoreSnapshot(takeSnapshot(own.base, ""), made->map);
   return MapCorrection(std::move(made));
 }
 
 MapCorrection MapHistory::correct(const PoseTrack& poses, const CorrectionRule& rule,
-                                  const ProgressListener& listener, const CuboidMap* current) {
-  MapCorrection made = begin(poses, rule, current);
+                                  const ProgressListener& listener) {
+  MapCorrection made = begin(poses, rule);
   catchUp(made, listener);
   return made;
 }
 
 std::size_t MapHistory::catchUp(MapCorrection& correction, const ProgressListener& listener) {
   MapCorrection::Implementation& made = *correction.implementation_;
-  if (made.current) implementation_->findRegion(made, listener);
   CloudReplay replay(made.map);
   HistoryEvent event;
   std::string packed;

@@ -121,7 +121,7 @@ void PoseCorrections::correctMap(const PoseTrack& poses, const CorrectionRule& r
   constexpr std::size_t kFew = 2;  // Clouds that keep others waiting for the map.
   const auto listener = CallProgress(host_.is_stopping).stage("mapping clouds");
   auto& history = map_.history()->whole();
-  MapCorrection correction = map_.beginCorrection(poses, rule);
+  MapCorrection correction = history.begin(poses, rule);
   while (history.catchUp(correction, listener) > kFew) {
   }
   map_.exchange(correction);

@@ -37,13 +37,6 @@ void GuardedMap::integrate(const ros::Time& stamp, const ScanUpdate& update,
   history_->change([&](MapHistory& history) { history.add(kept->cloud, kept->config); });
 }
 
-MapCorrection GuardedMap::beginCorrection(const PoseTrack& poses, const CorrectionRule& rule) {
-  const Changing changing(change_);  // The map equals the history's.
-  return read([&](const CuboidMap& map) {
-    return history_->whole().begin(poses, rule, window_ ? nullptr : &map);
-  });
-}
-
 void GuardedMap::exchange(MapCorrection& correction) {
   const Changing changing(change_);
   history_->whole().finish(correction);  // Nobody changes the map; others read it.

@@ -73,9 +73,6 @@ class GuardedMap {
                  const Eigen::Vector3d& window_center_map,
                  const std::optional<KeptObservation>& kept = std::nullopt);
 
-  /// Begins a correction of the current map. Clouds wait while the map is copied, some milliseconds.
-  /// @pre There is a history. @throws As MapHistory::begin(), and KeptHistory::whole().
-  [[nodiscard]] MapCorrection beginCorrection(const PoseTrack& poses, const CorrectionRule& rule);
   /// Replaces the map by a corrected one, and the poses of the history. Otherwise as replaceAll().
   /// @pre There is a history. @throws As MapHistory::finish(), and KeptHistory::whole(): all is then as it was.
   void exchange(MapCorrection& correction);
