@@ -45,8 +45,8 @@ MapSnapshot readSecond(const Options& options, const MapSnapshot& first) {
   MapSnapshot second = readMapFile(options.second, first.sensor_model).snapshot;
   throwIfInterrupted();
   if (!options.turn_deg.empty() || !options.shift_m.empty()) {
-    const MapMotion motion = moveMap(toTransform(options), second);
-    std::cout << options.second << ": " << describe(motion) << std::endl;
+    const bool is_exact = moveMap(toTransform(options), second);
+    std::cout << options.second << ": " << describeMotion(is_exact) << std::endl;
   } else if (!first.frame_id.empty() && !second.frame_id.empty() &&
              first.frame_id != second.frame_id) {
     throw std::runtime_error("the maps are in the frames '" + first.frame_id + "' and '" +

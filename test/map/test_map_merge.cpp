@@ -60,9 +60,7 @@ TEST(MoveMap, isExactForTurnsOfAxesAndShiftsByWholeVoxels) {
         turns[i] * Eigen::AngleAxisd(2e-10, Eigen::Vector3d::UnitX()).toRotationMatrix();
     T_target_map.translation() =
         map.resolution_m * Eigen::Vector3d(shift.x + 1e-8, shift.y, shift.z);
-    const MapMotion motion = moveMap(T_target_map, map);
-    EXPECT_TRUE(motion.is_exact) << seedNote(i);
-    EXPECT_EQ(motion.max_offset_m, 0.0) << seedNote(i);
+    EXPECT_TRUE(moveMap(T_target_map, map)) << seedNote(i);
     Voxels expected;
     for (const auto& [cell, log_odds] : voxelsOf(before.bricks)) {
       expected[cellOf(turns[i] * centerOf(cell)) + shift] = log_odds;
@@ -72,7 +70,7 @@ TEST(MoveMap, isExactForTurnsOfAxesAndShiftsByWholeVoxels) {
     const Cell corner = cellOf(turns[i] * centerOf({41, 0, 499})) + shift;
     EXPECT_EQ(map.locked.size(), 2U) << seedNote(i);
     EXPECT_TRUE(map.locked[0].contains(corner) || map.locked[1].contains(corner)) << seedNote(i);
-    EXPECT_TRUE(moveMap(T_target_map.inverse(), map, 3).is_exact) << seedNote(i);
+    EXPECT_TRUE(moveMap(T_target_map.inverse(), map, 3)) << seedNote(i);
     EXPECT_EQ(voxelsOf(map.bricks), voxelsOf(before.bricks)) << seedNote(i);
     EXPECT_EQ(map.locked, before.locked) << seedNote(i);
   }
@@ -91,17 +89,13 @@ TEST(MoveMap, givesEachVoxelWhatItsCentreWasInElsewhere) {
         Eigen::AngleAxisd(random.real(-3.0, 3.0), axis.normalized()).toRotationMatrix();
     T_target_map.translation() =
         map.resolution_m * Eigen::Vector3d(random.real(-9.0, 9.0), 0.4, -3.0);
-    const MapMotion motion = moveMap(T_target_map, map);
-    EXPECT_FALSE(motion.is_exact) << seedNote(i);
+    EXPECT_FALSE(moveMap(T_target_map, map)) << seedNote(i);
     const Cell locked =
         cellOf(T_target_map * (map.resolution_m * centerOf({3, 4, 5})) / map.resolution_m);
     EXPECT_TRUE(std::any_of(map.locked.begin(), map.locked.end(), [&](const CellBox& box) {
       return box.contains(locked);
     })) << seedNote(i);
     EXPECT_FALSE(findFault(map)) << seedNote(i);
-    EXPECT_GT(motion.mean_offset_m, 0.2 * map.resolution_m) << seedNote(i);
-    EXPECT_LT(motion.mean_offset_m, motion.max_offset_m) << seedNote(i);
-    EXPECT_LE(motion.max_offset_m, 0.5 * std::sqrt(3.0) * map.resolution_m) << seedNote(i);
     const Voxels after = voxelsOf(map.bricks);
     EXPECT_FALSE(findFault(map)) << seedNote(i);
     CellBox around{after.begin()->first, after.begin()->first};

@@ -14,31 +14,24 @@
 
 namespace cuboid_mapping {
 
-/// Accuracy of moveMap().
-struct MapMotion {
-  bool is_exact = true;  ///< Each voxel has become one voxel.
-  double max_offset_m =
-      0.0;  ///< Greatest distance between a new voxel's centre and that of its source, moved.
-  double mean_offset_m = 0.0;  ///< Mean of these distances.
-};
-
 /// Moves a map to another frame.
 ///
 /// Cases:
 ///   - turns by multiples of 90 degrees about the axes (within 1e-9) with shifts by whole voxels (within 1e-6
 ///     voxels): exact, the same voxels at other places;
-///   - else it is resampled: a voxel takes the state of the voxel in which its centre lay before. A wall one
-///     voxel thick stays closed: no path through it crosses faces only. A pole one voxel thick may get gaps.
+///   - else it is resampled: a voxel takes the state of the voxel in which its centre lay before, half a space
+///     diagonal away at most. A wall one voxel thick stays closed: no path through it crosses faces only. A pole one voxel thick may get gaps.
 /// All voxels that share space with a moved locked box are locked.
 /// @param T_target_map  Metres.
 /// @param map  Gets new bricks and locks, and loses those of addCuboids(). All else stays, also the name of the
 ///             frame.
 /// @param threads  The result does not depend on it. @param listener  Reports parts of the map.
+/// @return Whether it was exact.
 /// @throws std::invalid_argument  The transform is not finite, or no rotation; or the map would reach beyond
 ///         kAllCells. Exceptions of the listener are passed on. The map has not changed then.
 /// @complexity O(n).
-MapMotion moveMap(const Eigen::Isometry3d& T_target_map, MapSnapshot& map, int threads = 1,
-                  const ProgressListener& listener = {});
+bool moveMap(const Eigen::Isometry3d& T_target_map, MapSnapshot& map, int threads = 1,
+             const ProgressListener& listener = {});
 
 /// Rule for the log-odds of a voxel that both maps know.
 enum class MergeRule : unsigned char {
@@ -67,8 +60,8 @@ struct MapOverlap {
 /// @complexity O(n).
 MapOverlap mergeMaps(MapSnapshot& target, const MapSnapshot& source, MergeRule rule);
 
-/// Text such as "exact: by whole voxels", or the offsets of the voxels.
-[[nodiscard]] std::string describe(const MapMotion& motion);
+/// The result of moveMap() as a clause.
+[[nodiscard]] std::string describeMotion(bool is_exact);
 /// The figures as a sentence, with the warning that the result is not the map of all clouds.
 [[nodiscard]] std::string describe(const MapOverlap& overlap, MergeRule rule);
 

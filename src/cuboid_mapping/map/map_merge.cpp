@@ -84,24 +84,6 @@ std::vector<VoxelBrick> findTargets(const MapSnapshot& map, const Eigen::Isometr
   return targets;
 }
 
-/// Distances of voxels from the places of their log-odds, in voxels.
-struct Offsets {
-  double max = 0.0;
-  double sum = 0.0;
-  double num_voxels = 0.0;
-
-  void add(double offset) {
-    max = std::max(max, offset);
-    sum += offset;
-    num_voxels += 1.0;
-  }
-  void add(const Offsets& other) {
-    max = std::max(max, other.max);
-    sum += other.sum;
-    num_voxels += other.num_voxels;
-  }
-};
-
 /// Reads voxels at places of another frame. Const functions may run side by side.
 class Sampler {
  public:
@@ -112,8 +94,8 @@ class Sampler {
     voxels_.commit(change, [](const auto& /*brick*/) {});
   }
 
-  [[nodiscard]] PackedVoxels read(const Cell& brick, Offsets& offsets) const {
-    return is_exact_ ? gather(brick) : sample(brick, offsets);
+  [[nodiscard]] PackedVoxels read(const Cell& brick) const {
+    return is_exact_ ? gather(brick) : sample(brick);
   }
 
  private:
@@ -146,27 +128,20 @@ class Sampler {
     return {known, values};
   }
 
-  [[nodiscard]] PackedVoxels sample(const Cell& brick, Offsets& offsets) const {
+  [[nodiscard]] PackedVoxels sample(const Cell& brick) const {
     BrickMask known;
     VoxelValues values{};
     for (int voxel = 0; voxel < kBrickVoxels; ++voxel) {
-      const Eigen::Vector3d center = to_source_ * centerOf(cellAt(brick, voxel));
-      const Cell from = floorOf(center);
-      const auto log_odds = voxels_.logOddsAt(from);
+      const auto log_odds = voxels_.logOddsAt(sourceOf(cellAt(brick, voxel)));
       if (!log_odds) continue;
       known.set(voxel);
       values[static_cast<std::size_t>(voxel)] = *log_odds;
-      offsets.add((center - centerOf(from)).norm());
     }
     return {known, values};
   }
 
   [[nodiscard]] Cell sourceOf(const Cell& cell) const {
-    return floorOf(to_source_ * centerOf(cell));
-  }
-
-  [[nodiscard]] static Eigen::Vector3d centerOf(const Cell& cell) {
-    return toVector(cell) + Eigen::Vector3d::Constant(0.5);
+    return floorOf(to_source_ * (toVector(cell) + Eigen::Vector3d::Constant(0.5)));
   }
 
   Eigen::Isometry3d to_source_;
@@ -175,24 +150,21 @@ class Sampler {
 };
 
 /// Fills bricks with several threads.
-Offsets readAll(const Sampler& sampler, int threads, const ProgressListener& listener,
-                std::vector<VoxelBrick>& targets) {
+void readAll(const Sampler& sampler, int threads, const ProgressListener& listener,
+             std::vector<VoxelBrick>& targets) {
   constexpr std::size_t kPartBricks = 256;
-  std::vector<Offsets> offsets((targets.size() + kPartBricks - 1) / kPartBricks);
+  const std::size_t num_parts = (targets.size() + kPartBricks - 1) / kPartBricks;
   std::mutex mutex;
   std::uint64_t num_done = 0;
-  parallelFor(offsets.size(), threads, [&](std::size_t part) {
+  parallelFor(num_parts, threads, [&](std::size_t part) {
     const std::size_t end = std::min(targets.size(), (part + 1) * kPartBricks);
     for (std::size_t i = part * kPartBricks; i < end; ++i) {
-      targets[i].voxels = sampler.read(targets[i].brick, offsets[part]);
+      targets[i].voxels = sampler.read(targets[i].brick);
     }
     if (!listener) return;
     const std::lock_guard<std::mutex> lock(mutex);
-    listener(++num_done, offsets.size());
+    listener(++num_done, num_parts);
   });
-  Offsets all;
-  for (const Offsets& part : offsets) all.add(part);
-  return all;
 }
 
 float apply(MergeRule rule, float first, float second) {
@@ -225,11 +197,11 @@ PackedVoxels mergeBricks(const PackedVoxels& first, const PackedVoxels& second, 
 
 }  // namespace
 
-MapMotion moveMap(const Eigen::Isometry3d& T_target_map, MapSnapshot& map, int threads,
-                  const ProgressListener& listener) {
+bool moveMap(const Eigen::Isometry3d& T_target_map, MapSnapshot& map, int threads,
+             const ProgressListener& listener) {
   const CellMotion motion = toCellMotion(T_target_map, map.resolution_m);
   std::vector<VoxelBrick> targets = findTargets(map, motion.T_target_map);
-  const Offsets offsets = readAll(Sampler(map.bricks, motion), threads, listener, targets);
+  readAll(Sampler(map.bricks, motion), threads, listener, targets);
   const auto is_empty = [](const VoxelBrick& brick) { return brick.voxels.isEmpty(); };
   targets.erase(std::remove_if(targets.begin(), targets.end(), is_empty), targets.end());
   LockedBoxes locked;
@@ -237,8 +209,7 @@ MapMotion moveMap(const Eigen::Isometry3d& T_target_map, MapSnapshot& map, int t
   map.locked = locked.boxes();
   map.bricks = std::move(targets);
   map.cuboids.clear();
-  return {motion.is_exact, map.resolution_m * offsets.max,
-          map.resolution_m * offsets.sum / std::max(1.0, offsets.num_voxels)};
+  return motion.is_exact;
 }
 
 const char* toString(MergeRule rule) {
@@ -294,13 +265,9 @@ MapOverlap mergeMaps(MapSnapshot& target, const MapSnapshot& source, MergeRule r
   return overlap;
 }
 
-std::string describe(const MapMotion& motion) {
-  if (motion.is_exact) return "moved by whole voxels: exact";
-  std::ostringstream text;
-  text.precision(3);
-  text << "moved and resampled: voxels lie " << motion.mean_offset_m << " m on average, "
-       << motion.max_offset_m << " m at most, from where they were";
-  return text.str();
+std::string describeMotion(bool is_exact) {
+  return is_exact ? "moved by whole voxels: exact"
+                  : "moved and resampled: voxels lie up to 0.9 voxels from where they were";
 }
 
 std::string describe(const MapOverlap& overlap, MergeRule rule) {

@@ -88,7 +88,7 @@ TEST(MapStorage, putsAMapIntoAnotherOneByRuleAndTransform) {
   MapSnapshot moved = cuboid_mapping::readMapFile(folder / "other.cuboids").snapshot;
   Eigen::Isometry3d T_map_file(Eigen::AngleAxisd(M_PI / 2.0, Eigen::Vector3d::UnitZ()));
   T_map_file.translation() = Eigen::Vector3d(0.3, 0.0, -0.1);
-  ASSERT_TRUE(moveMap(T_map_file, moved).is_exact);
+  ASSERT_TRUE(moveMap(T_map_file, moved));
   const auto rule = cuboid_mapping::MergeRule::kSum;
   const auto overlap = mergeMaps(expected, moved, rule);
   EXPECT_GT(overlap.known_to_both, 10.0);

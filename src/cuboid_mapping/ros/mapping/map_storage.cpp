@@ -178,9 +178,9 @@ StorageAnswer loadMap(GuardedMap& map, const std::string& file, const SnapshotLi
     answer.error = compareResolutions(read.snapshot.resolution_m, map.grid().resolution(), file);
     if (!answer.error.empty()) return;
     if (placement.T_map_file) {
-      answer.notes = describe(cuboid_mapping::moveMap(*placement.T_map_file, read.snapshot,
-                                                      config.threads, progress.stage("moving"))) +
-                     ". ";
+      const bool is_exact = cuboid_mapping::moveMap(*placement.T_map_file, read.snapshot,
+                                                    config.threads, progress.stage("moving"));
+      answer.notes = cuboid_mapping::describeMotion(is_exact) + ". ";
     } else if (!placement.frame_id.empty()) {
       answer.notes = describeOtherFrame(read.snapshot.frame_id, placement.frame_id);
     }
