@@ -110,7 +110,8 @@ class PackedVoxels {
                       PackedVoxels& after) const;
 
   /// The voxels after `other` replaces this brick inside `part`. A whole brick is taken over.
-  /// @param after  As in observe(). @return The differences.
+  /// @param after  As in observe(). @return Nothing if all log-odds are the same; else all voxels of `part` count as
+  ///               changed that are known before or after.
   VoxelChange replace(const BrickMask& part, PackedVoxels other, PackedVoxels& after) const;
 
   /// Prefetches the first masks. Inline: gcc drops calls of functions that do nothing else.
@@ -124,9 +125,7 @@ class PackedVoxels {
 
   /// Whether the same voxels are known, with the same log-odds.
   ///@{
-  friend bool operator==(const PackedVoxels& a, const PackedVoxels& b) {
-    return a.differenceTo(b).changed.isEmpty();
-  }
+  friend bool operator==(const PackedVoxels& a, const PackedVoxels& b);
   friend bool operator!=(const PackedVoxels& a, const PackedVoxels& b) { return !(a == b); }
   ///@}
 
@@ -168,8 +167,6 @@ class PackedVoxels {
   };
   struct Unpacked;
 
-  /// The voxels that differ in another brick.
-  [[nodiscard]] VoxelChange differenceTo(const PackedVoxels& after) const;
   void swap(PackedVoxels& other) noexcept {
     std::swap(shape_, other.shape_);
     std::swap(block_, other.block_);

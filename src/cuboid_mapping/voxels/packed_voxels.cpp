@@ -233,47 +233,50 @@ VoxelChange PackedVoxels::observe(const BrickMask& hits, const BrickMask& all_mi
 
 VoxelChange PackedVoxels::replace(const BrickMask& part, PackedVoxels other,
                                   PackedVoxels& result) const {
-  if (part.isFull()) {
-    const VoxelChange change = differenceTo(other);
-    if (!change.changed.isEmpty()) result = std::move(other);
-    return change;
+  if (!part.isFull()) {
+    Unpacked unpacked(*this);
+    unpacked.setValues(*this);
+    unpacked.clear(part);
+    other.forEachValue([&](float log_odds, const BrickMask& voxels) {
+      const BrickMask taken = voxels & part;
+      if (!taken.isEmpty()) unpacked.set(taken, 0, -1, log_odds);
+    });
+    other.pack(unpacked);
   }
-  Unpacked unpacked(*this);
-  unpacked.setValues(*this);
-  unpacked.clear(part);
-  other.forEachValue([&](float log_odds, const BrickMask& voxels) {
-    const BrickMask taken = voxels & part;
-    if (!taken.isEmpty()) unpacked.set(taken, 0, -1, log_odds);
-  });
-  PackedVoxels replaced;
-  replaced.pack(unpacked);
-  const VoxelChange change = differenceTo(replaced);
-  if (!change.changed.isEmpty()) result = std::move(replaced);
+  if (*this == other) return {};
+  const BrickMask known_here = known();
+  const BrickMask known_there = other.known();
+  const VoxelChange change{(known_here | known_there) & part,
+                           (known_here ^ known_there) | (occupied() ^ other.occupied())};
+  result = std::move(other);
   return change;
 }
 
-VoxelChange PackedVoxels::differenceTo(const PackedVoxels& after) const {
-  const Masks here(*this);
-  const Masks there(after);
-  BrickMask same;
-  const auto compare = [&](const float* values, int num_values, const float* others, int num_others,
-                           const BrickMask& of_class) {
-    if (of_class.isEmpty()) return;
-    for (int i = 0; i < num_values; ++i) {
-      const float* found = std::find(others, others + num_others, values[i]);
-      if (found == others + num_others) continue;
-      same |=
-          here.voxelsOf(i, of_class) & there.voxelsOf(static_cast<int>(found - others), of_class);
+/// Most bricks differ in a log-odds, which shows without a look at the planes.
+bool operator==(const PackedVoxels& a, const PackedVoxels& b) {
+  const int num_free = a.shape_.num_free_values;
+  const int num_occupied = a.shape_.num_occupied_values;
+  if (a.shape_.slices != b.shape_.slices || num_free != b.shape_.num_free_values ||
+      num_occupied != b.shape_.num_occupied_values ||
+      !std::is_permutation(a.values(), a.values() + num_free, b.values()) ||
+      !std::is_permutation(a.values() + num_free, a.values() + num_free + num_occupied,
+                           b.values() + num_free)) {
+    return false;
+  }
+  const PackedVoxels::Masks here(a);
+  const PackedVoxels::Masks there(b);
+  if (here.known != there.known || here.occupied != there.occupied) return false;
+  const BrickMask free_voxels = here.known.without(here.occupied);
+  const auto is_same = [&](int first, int count, const BrickMask& of_class) {
+    const float* values = a.values() + first;
+    const float* others = b.values() + first;
+    for (int i = 0; i < count; ++i) {
+      const auto k = static_cast<int>(std::find(others, others + count, values[i]) - others);
+      if (here.voxelsOf(i, of_class) != there.voxelsOf(k, of_class)) return false;
     }
+    return true;
   };
-  const int num_free = shape_.num_free_values;
-  const int num_free_after = after.shape_.num_free_values;
-  compare(values(), num_free, after.values(), num_free_after,
-          here.known.without(here.occupied) & there.known.without(there.occupied));
-  compare(values() + num_free, shape_.num_occupied_values, after.values() + num_free_after,
-          after.shape_.num_occupied_values, here.occupied & there.occupied);
-  return {(here.known | there.known).without(same),
-          (here.known ^ there.known) | (here.occupied ^ there.occupied)};
+  return is_same(0, num_free, free_voxels) && is_same(num_free, num_occupied, here.occupied);
 }
 
 std::size_t PackedVoxels::numBytes(const Shape& shape) {
