@@ -63,6 +63,9 @@ int copyStore(const Options& options) {
     if (!part || part->intersects(pageBox(page))) pages.push_back(page);
   }
   MapStore output(options.output, StoreAccess::kWrite);
+  if (!part) {  // As elsewhere, a part has no fused cuboids: they may reach beyond it.
+    for (const Cell& page : pages) (void)input.read(page, &head.cuboids);
+  }
   const ProgressListener listener = showProgress("pages written");
   ProgressCounter progress(listener, pages.size());
   output.replaceAll(head, pages, [&](const Cell& page) {

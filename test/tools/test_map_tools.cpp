@@ -114,6 +114,21 @@ TEST(MapTools, readAStoreAsAMap) {
   EXPECT_TRUE(mentions(one.err, "both --min and --max")) << one.err;
 }
 
+TEST(MapTools, copyFusedCuboidsFromStoreToStore) {
+  const TemporaryFolder folder;
+  MapSnapshot snapshot;
+  const CellBox fused{{0, 0, 0}, {12, 2, 2}};
+  snapshot.bricks = toBricks({{fused, 1.0F}}).bricks;
+  snapshot.cuboids = {{fused, Occupancy::kOccupied}};
+  const std::string store = folder / "map.sqlite";
+  const std::string copy = folder / "copy.sqlite";
+  writeMapFile(store, snapshot);
+  ASSERT_EQ(runProgram({MAP_CONVERT_PROGRAM, store, copy}).status, 0);
+  const std::vector<Cuboid> copied = readMapFile(copy).snapshot.cuboids;
+  ASSERT_EQ(copied.size(), 1U);
+  EXPECT_EQ(copied.front().box, fused);
+}
+
 TEST(MapTools, tellHowMapsDiffer) {
   const TemporaryFolder folder;
   const MapSnapshot snapshot = makeSnapshot();
