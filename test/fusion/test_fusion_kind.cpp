@@ -32,13 +32,5 @@ TEST(FusionKind, makesAnRTreeOfTheGivenOrder) {
   }
 }
 
-TEST(FusionTime, isReadFromItsName) {
-  for (const FusionTime time : {FusionTime::kEveryCloud, FusionTime::kWhenRead}) {
-    EXPECT_EQ(parseFusionTime(toString(time)), time);
-  }
-  EXPECT_EQ(parseFusionTime("every_cloud"), MapConfig().fuse) << "the default, as in the paper";
-  EXPECT_FALSE(parseFusionTime("cold"));
-}
-
 }  // namespace
 }  // namespace cuboid_mapping

@@ -88,18 +88,6 @@ TEST(Brick, findsTheVoxelOfANumber) {
   }
 }
 
-TEST(Brick, tellsBoxesThatLieInOneBrick) {
-  test::Random random(2);
-  int num_in_one = 0;
-  for (int i = 0; i < 5000; ++i) {
-    const CellBox box = test::randomBox(random, {{-20, -20, -20}, {20, 20, 20}}, 9);
-    const bool is_in_one = brickBox(brickOf(box.min)).contains(box);
-    ASSERT_EQ(isInOneBrick(box), is_in_one) << box;
-    num_in_one += is_in_one ? 1 : 0;
-  }
-  EXPECT_GT(num_in_one, 200);
-}
-
 TEST(Brick, visitsTheBricksThatShareACellWithABox) {
   test::Random random(3);
   const CellBox all{{-48, -48, -48}, {48, 48, 48}};

@@ -17,8 +17,10 @@ Bricks makeSomeBricks(MapDetail detail) {
   Random random(151);
   const auto model = test::randomMap(random, MapConfig());
   ChangeSet changes;
-  changes.addCuboidsIn({{-16, -16, -16}, {16, 16, 16}});
-  changes.addCuboidsIn({{800, 0, 0}, {808, 8, 8}});  // A brick without a known voxel.
+  forEachBrick({{-16, -16, -16}, {16, 16, 16}}, [&changes](const Cell& brick) {
+    changes.bricks.push_back({brick, true});
+  });
+  changes.bricks.push_back({{800, 0, 0}, true});  // A brick without a known voxel.
   return makeDelta(model.map, changes, 3, 4, detail).bricks;
 }
 

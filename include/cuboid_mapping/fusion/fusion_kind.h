@@ -21,8 +21,6 @@ enum class FusionTime : unsigned char {
 
 /// Name of a time: "every_cloud" or "when_read".
 [[nodiscard]] const char* toString(FusionTime time);
-/// Inverse of toString(); nothing for another text.
-[[nodiscard]] std::optional<FusionTime> parseFusionTime(const std::string& text);
 
 /// Name of a method: "class", "growth" or "none".
 [[nodiscard]] const char* toString(FusionKind kind);

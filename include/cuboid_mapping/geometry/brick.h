@@ -24,11 +24,6 @@ namespace cuboid_mapping {
   return {brick.x + (voxel & 7), brick.y + (voxel >> 3 & 7), brick.z + (voxel >> 6)};
 }
 
-/// Whether a box lies in one brick. @pre It is not empty.
-[[nodiscard]] constexpr bool isInOneBrick(const CellBox& box) {
-  return brickOf(box.min) == brickOf(box.max - Cell{1, 1, 1});
-}
-
 /// Number of bricks that share a cell with a box. Exact up to 2^53.
 [[nodiscard]] constexpr double numBricks(const CellBox& box) {
   double count = box.isEmpty() ? 0.0 : 1.0;

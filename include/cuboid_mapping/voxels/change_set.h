@@ -33,10 +33,6 @@ struct ChangeSet {
       is_everything = true;
     }
   }
-  /// Adds the bricks that share a cell with a box, with new cuboids.
-  void addCuboidsIn(const CellBox& box) {
-    forEachBrick(box, [this](const Cell& brick) { bricks.push_back({brick, true}); });
-  }
 };
 
 }  // namespace cuboid_mapping

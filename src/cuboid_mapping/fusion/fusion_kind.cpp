@@ -16,13 +16,6 @@ const char* toString(FusionTime time) {
   return time == FusionTime::kEveryCloud ? "every_cloud" : "when_read";
 }
 
-std::optional<FusionTime> parseFusionTime(const std::string& text) {
-  for (const FusionTime time : {FusionTime::kEveryCloud, FusionTime::kWhenRead}) {
-    if (text == toString(time)) return time;
-  }
-  return std::nullopt;
-}
-
 std::optional<FusionKind> parseFusionKind(const std::string& text) {
   for (const FusionKind kind : {FusionKind::kClass, FusionKind::kGrowth, FusionKind::kNone}) {
     if (text == toString(kind)) return kind;

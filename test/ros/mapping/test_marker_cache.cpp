@@ -318,7 +318,7 @@ TEST(MarkerCache, SendsOnlySizesThatHaveChanged) {
 
   // The whole chunk is read again, but only one list comes out different.
   ChangeSet changes = insert({{{16, 0, 0}, {18, 3, 4}}, 1.0F}, map);
-  changes.addCuboidsIn({{0, 0, 0}, {8, 8, 8}});
+  changes.bricks.push_back({{0, 0, 0}, true});
   cache.noteChanges(changes);
   EXPECT_TRUE(cache.hasChanges());
   const MarkerArray difference = cache.update(map, makeMapHeader());
@@ -347,7 +347,7 @@ TEST(MarkerCache, ReadsAllChunksThatHaveAChangedBrick) {
   (void)insert(first, map);
   (void)insert(second, map);
   ChangeSet changes;
-  changes.addCuboidsIn({{0, 0, 0}, {110, 1, 1}});
+  for (const std::int32_t x : {0, 96, 104}) changes.bricks.push_back({{x, 0, 0}, true});
   cache.noteChanges(changes);
   EXPECT_EQ(cache.update(map, makeMapHeader()).markers.size(), 2U);
 }
