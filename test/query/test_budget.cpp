@@ -59,10 +59,10 @@ TEST(Budget, withoutALimitIsOneForAllThreadsAndNeverWritten) {
     const std::string before = bytes(*budget);
     for (const std::uint64_t count : {std::uint64_t{0}, std::uint64_t{1}, ~std::uint64_t{0}}) {
       EXPECT_TRUE(budget->spend(count));
-      EXPECT_TRUE(budget->spendAndYield(count));
+      EXPECT_TRUE(budget->spendAndUnlock(count));
       EXPECT_TRUE(budget->addEntries(count));
     }
-    EXPECT_TRUE(budget->lookNow());
+    EXPECT_TRUE(budget->checkClock());
     budget->end(BudgetLimit::kStopped);
     EXPECT_FALSE(budget->isSpent());
     EXPECT_EQ(bytes(*budget), before);
@@ -73,7 +73,7 @@ TEST(Budget, countsBricksOfAnyNumberAtOnce) {
   Budget budget(bricks(1000));
   EXPECT_TRUE(budget.spend(10));
   EXPECT_TRUE(budget.spend(900));
-  EXPECT_TRUE(budget.spendAndYield(90));
+  EXPECT_TRUE(budget.spendAndUnlock(90));
   EXPECT_TRUE(budget.spend(0));
   EXPECT_FALSE(budget.spend(1));
   Budget small(bricks(1000));
@@ -102,9 +102,9 @@ TEST(Budget, endsWithItsTime) {
   EXPECT_EQ(budget.whyEnded(), BudgetLimit::kTime);
   EXPECT_GE(num_spent, 255U) << "the clock is not read for every brick";
   Budget late(QueryLimits{0.0});
-  EXPECT_FALSE(late.lookNow());
+  EXPECT_FALSE(late.checkClock());
   Budget endless(QueryLimits{std::nan("")});
-  EXPECT_TRUE(endless.lookNow());
+  EXPECT_TRUE(endless.checkClock());
 }
 
 TEST(Budget, withoutLimitsIsNeverSpent) {
@@ -122,10 +122,10 @@ TEST(Budget, letsOthersHaveTheirTurnNowAndThenAndOnlyWhereAsked) {
   std::this_thread::sleep_for(std::chrono::milliseconds(1));
   for (int i = 0; i < 1000; ++i) ASSERT_TRUE(budget.spend());
   EXPECT_EQ(num_turns, 0);
-  ASSERT_TRUE(budget.lookNow());
+  ASSERT_TRUE(budget.checkClock());
   EXPECT_EQ(num_turns, 1);
   const auto begin = std::chrono::steady_clock::now();
-  while (num_turns < 4) ASSERT_TRUE(budget.spendAndYield());
+  while (num_turns < 4) ASSERT_TRUE(budget.spendAndUnlock());
   EXPECT_GE(std::chrono::steady_clock::now() - begin, std::chrono::microseconds(200));
 }
 
@@ -135,14 +135,14 @@ TEST(Budget, remembersATurnThatIsDueUntilOthersCanHaveIt) {
   Budget budget({}, {[&] { ++num_turns; }, 1e-4, nullptr});
   std::this_thread::sleep_for(std::chrono::milliseconds(1));
   for (int i = 0; i < 300; ++i) ASSERT_TRUE(budget.spend());
-  ASSERT_TRUE(budget.spendAndYield());
+  ASSERT_TRUE(budget.spendAndUnlock());
   EXPECT_EQ(num_turns, 1);
 }
 
 TEST(Budget, endsWhenToldTo) {
   std::atomic<bool> is_stopped{false};
   Budget budget({}, {[] {}, 1.0, &is_stopped});
-  for (int i = 0; i < 1000; ++i) ASSERT_TRUE(budget.spendAndYield());
+  for (int i = 0; i < 1000; ++i) ASSERT_TRUE(budget.spendAndUnlock());
   is_stopped = true;
   int num_spent = 0;
   while (budget.spend()) ++num_spent;

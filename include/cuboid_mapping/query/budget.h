@@ -69,7 +69,7 @@ class Budget {
 
   /// As spend(), for places where a query holds no reference into the map: others may get their turn, and the
   /// map may have changed afterwards.
-  [[nodiscard]] bool spendAndYield(std::uint64_t bricks = 1) {
+  [[nodiscard]] bool spendAndUnlock(std::uint64_t bricks = 1) {
     if (!is_limited_) return true;
     if (bricks < until_look_ && !is_yield_due_) {
       until_look_ -= bricks;
@@ -88,9 +88,9 @@ class Budget {
     return true;
   }
 
-  /// Reads the clock now, for loops with long steps. Others get their turn as in spendAndYield().
+  /// Reads the clock now, for loops with long steps. Others get their turn as in spendAndUnlock().
   /// @return false: the budget is spent.
-  [[nodiscard]] bool lookNow() { return !is_limited_ || (look(0) && yieldIfDue()); }
+  [[nodiscard]] bool checkClock() { return !is_limited_ || (look(0) && yieldIfDue()); }
 
   /// Ends the budget before its limits are reached; does nothing to one without limits.
   void end(BudgetLimit why);

@@ -20,7 +20,7 @@ namespace cuboid_mapping {
 template <typename VisitorT>
 bool visitValues(const CuboidMap& map, const CellBox& box, Budget& budget, VisitorT visit) {
   if (box.isEmpty()) return true;
-  if (!budget.spend(map.voxels().countLooks(box))) return false;
+  if (!budget.spend(map.voxels().maxBricksIn(box))) return false;
   map.voxels().forEachIn(box, [&](const VoxelBrick& brick) {
     const BrickMask part = BrickMask::ofBox(intersect(box, brickBox(brick.brick)));
     brick.voxels.forEachValue([&](float log_odds, const BrickMask& voxels) {

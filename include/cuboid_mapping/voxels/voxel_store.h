@@ -72,7 +72,7 @@ class VoxelStore {
   [[nodiscard]] std::vector<VoxelBrick> copyIn(const CellBox& box) const;
 
   /// Maximum number of bricks that forEachIn() visits: the cost of the call for a Budget. 0 for an empty box.
-  [[nodiscard]] std::uint64_t countLooks(const CellBox& box) const;
+  [[nodiscard]] std::uint64_t maxBricksIn(const CellBox& box) const;
 
   /// Number of bricks with a known voxel.
   [[nodiscard]] std::size_t size() const;

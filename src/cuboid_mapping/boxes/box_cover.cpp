@@ -93,7 +93,7 @@ class CoverSearch {
     lost_ = passages.findLost(coverOf(boxes_));
     constexpr std::size_t kAtOnce = 2;
     constexpr int kRounds = 40;
-    for (int round = 0; round < kRounds && !lost_.empty() && budget_.lookNow(); ++round) {
+    for (int round = 0; round < kRounds && !lost_.empty() && budget_.checkClock(); ++round) {
       std::vector<CellBox> boxes_before = boxes_;
       std::vector<LostPassage> lost_before = lost_;
       for (std::size_t i = 0; i < std::min(kAtOnce, lost_.size()); ++i) {
@@ -169,7 +169,7 @@ Answer<BoxCover> coverOccupied(const CuboidMap& map, const CoverTask& task, Budg
     return Answer<BoxCover>::invalid(
         "max_boxes must be > 0, the region not empty, and keep_passages finite and >= 0");
   }
-  if (!budget.spend(map.voxels().countLooks(task.region))) return AnswerStatus::kBudgetSpent;
+  if (!budget.spend(map.voxels().maxBricksIn(task.region))) return AnswerStatus::kBudgetSpent;
   const CuboidMap still = copyOf(map, task.region);
   std::vector<CellBox> occupied;
   const auto joined = joinCuboids(still, task.region, CuboidFilter::kOccupied, budget);

@@ -34,7 +34,7 @@ BoxMerger::BoxMerger(const std::vector<CellBox>& boxes, const std::vector<CellBo
 
 void BoxMerger::mergeTo(std::size_t max_boxes) {
   std::size_t group_size = kGroupSize;
-  while (num_left_ > max_boxes && budget_.lookNow()) {
+  while (num_left_ > max_boxes && budget_.checkClock()) {
     const std::size_t num_before = num_left_;
     makeGroups(group_size);
     const bool is_last = groups_.size() == 1;
@@ -107,7 +107,7 @@ void BoxMerger::findPartner(Index box) {
 }
 
 void BoxMerger::mergeInGroups(std::size_t max_boxes) {
-  while (num_left_ > max_boxes && !queue_.empty() && budget_.spendAndYield()) {
+  while (num_left_ > max_boxes && !queue_.empty() && budget_.spendAndUnlock()) {
     const Item item = queue_.top();
     queue_.pop();
     if (boxes_[item.first].isEmpty()) continue;

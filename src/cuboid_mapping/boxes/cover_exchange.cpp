@@ -39,7 +39,7 @@ Cuts makeCuts(const std::vector<OptionalBox>& slices) {
 void CoverExchange::improve(std::size_t max_boxes) {
   takeIfBetter(shrink(boxes_));
   if (boxes_.size() > kMostBoxes) return;
-  for (std::size_t left = max_boxes; left > 0 && budget_.lookNow(); --left) {
+  for (std::size_t left = max_boxes; left > 0 && budget_.checkClock(); --left) {
     const std::vector<Split> splits = findSplits();
     const bool is_better = std::any_of(splits.begin(), splits.end(), [&](const Split& split) {
       return tryExchange(split, max_boxes);

@@ -62,7 +62,7 @@ class FreeBoxSearch {
   }
 
   void run(std::size_t max_boxes) {
-    while (boxes_.size() < max_boxes && budget_.lookNow()) {
+    while (boxes_.size() < max_boxes && budget_.checkClock()) {
       if (queue_.empty() && !plantSeeds()) return;
       if (queue_.empty()) continue;
       const Candidate candidate = queue_.top();

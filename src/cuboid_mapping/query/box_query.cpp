@@ -25,7 +25,7 @@ Answer<BoxQueryResult> queryCells(const CuboidMap& map, const CellBox& box, Budg
   if (box.isEmpty()) return result;
   double free_voxels = 0.0;
   double occupied_voxels = 0.0;
-  bool is_complete = budget.spend(map.voxels().countLooks(box));
+  bool is_complete = budget.spend(map.voxels().maxBricksIn(box));
   if (is_complete) {
     map.voxels().forEachIn(box, [&](const VoxelBrick& brick) {
       const BrickMask part = BrickMask::ofBox(intersect(box, brickBox(brick.brick)));

@@ -54,7 +54,7 @@ std::vector<CellBox> CorridorBoxes::compute(const CellBox& start, const std::vec
   for (std::size_t at = 0;;) {
     const CellBox places = field_.placesIn(boxes.back());
     while (at + 1 < way.size() && places.contains(way[at + 1])) ++at;
-    if (field_.budget().spendAndYield(1 + way.size() / kPlacesPerBrick)) {
+    if (field_.budget().spendAndUnlock(1 + way.size() / kPlacesPerBrick)) {
       for (std::size_t later = way.size() - 1; later > at; --later) {
         if (places.contains(way[later])) at = later;
       }
@@ -111,7 +111,7 @@ std::vector<Eigen::Vector3d> pullTight(const CorridorPortals& portals,
   path.insert(path.end(), portals.centers_map.begin(), portals.centers_map.end());
   path.push_back(goal_map);
   const std::size_t cost = 1 + path.size() / kPlacesPerBrick;
-  for (int pull = 0; pull < kPulls && budget.spendAndYield(cost); ++pull) {
+  for (int pull = 0; pull < kPulls && budget.spendAndUnlock(cost); ++pull) {
     for (std::size_t i = 1; i + 1 < path.size(); ++i) {
       path[i] = findCrossing(portals.ranges_map[i - 1], path[i - 1], path[i + 1], path[i]);
     }

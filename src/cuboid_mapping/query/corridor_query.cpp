@@ -31,7 +31,7 @@ class PlaceSearch {
       const Cell entry = clampTo(intersect(graph_.box(node), start_), clampTo(goal_, start_.min));
       reach(node, entry, 0.0, PlaceGraph::kNoNode);
     }
-    while (!open_.empty() && budget.spendAndYield()) {
+    while (!open_.empty() && budget.spendAndUnlock()) {
       const Item item = open_.top();
       open_.pop();
       const State& state = states_[item.node];

@@ -53,7 +53,7 @@ class NearestFitSearch {
             z == ring.min.z || z == ring.max.z || y == ring.min.y || y == ring.max.y;
         const std::int32_t step = is_side || radius == 0 ? kBrickEdge : 2 * radius;
         for (std::int32_t x = ring.min.x; x <= ring.max.x; x += step) {
-          if (!budget_.spendAndYield()) return;
+          if (!budget_.spendAndUnlock()) return;
           searchBrick({x, y, z});
         }
       }

@@ -117,7 +117,7 @@ double seeUnknown(const CuboidMap& map, const Eigen::Vector3d& from_map, double 
   if (range_m == 0.0 || !box) return 0.0;
   double num_seen = 0.0;
   forEachBrick(*box, [&](const Cell& brick) {
-    if (!budget.spendAndYield()) return;
+    if (!budget.spendAndUnlock()) return;
     const PackedVoxels* voxels = map.voxels().find(brick);
     BrickMask unknown = BrickMask::ofBox(intersect(*box, brickBox(brick)));
     if (voxels != nullptr) unknown = unknown.without(voxels->known());

@@ -29,7 +29,7 @@ class Obstacles {
   /// @complexity O(bricks of the box).
   [[nodiscard]] bool isAny(const CellBox& box) const {
     return anyBrick(box, [&](const Cell& brick) {
-      return !budget_.spendAndYield() || isAnyInBrick(brick, box);
+      return !budget_.spendAndUnlock() || isAnyInBrick(brick, box);
     });
   }
 
@@ -40,7 +40,7 @@ class Obstacles {
     (void)anyBrick(box, [&](const Cell& brick) {
       const BrickMask part = BrickMask::ofBox(intersect(box, brickBox(brick)));
       forEachCell(brick, inBrick(brick) & part, visit);
-      return !budget_.spendAndYield();
+      return !budget_.spendAndUnlock();
     });
   }
 

@@ -114,7 +114,7 @@ std::optional<Contact> findContact(const Obstacles& obstacles, const Sweep& swee
   std::optional<Contact> found;
   constexpr double kEnd = -1.0;
   SweptBricks(sweep).visit([&](const Cell& brick, const Part& part) {
-    if (!obstacles.budget().spendAndYield()) return kEnd;
+    if (!obstacles.budget().spendAndUnlock()) return kEnd;
     BrickMask near = obstacles.inBrick(brick);
     const CellBox bounds = intersect(sweep.bounds(part), brickBox(brick));
     if (!near.isEmpty() && !bounds.isEmpty()) {

@@ -58,7 +58,7 @@ PoseSearch::PoseSearch(const CuboidMap& map, const PosePathTask& task, UnknownPo
 
 AnswerStatus PoseSearch::run() {
   open_.push({estimate(task_.start_map), 0.0, kStart, kStart});
-  while (!open_.empty() && body_.budget().spendAndYield()) {
+  while (!open_.empty() && body_.budget().spendAndUnlock()) {
     const Item item = open_.top();
     open_.pop();
     if (nodes_[item.node].is_closed) continue;

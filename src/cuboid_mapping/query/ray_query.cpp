@@ -173,7 +173,7 @@ std::optional<VoxelHit> walk(const CuboidMap& map, const Eigen::Vector3d& origin
   const auto [begin, end] = clipToMap(map, origin, unit, range);
   if (unknown.pass(0.0, begin < end ? begin : range) || !(begin < end)) return std::nullopt;
   VoxelWalk voxels(origin, unit, begin);
-  while (voxels.enter() < end && budget.spendAndYield()) {
+  while (voxels.enter() < end && budget.spendAndUnlock()) {
     const Cell brick = brickOf(voxels.cell());
     const PackedVoxels* found = map.voxels().find(brick);
     if (found == nullptr || (UnknownT::kIsAsked ? found->isAllFree() : !found->isAnyOccupied())) {

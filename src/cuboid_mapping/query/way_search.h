@@ -19,7 +19,7 @@ namespace cuboid_mapping {
 template <typename SearchT, typename HoldsT>
 auto searchUntilItHolds(const CuboidMap& map, Budget& budget, const SearchT& search,
                         const HoldsT& holds) -> decltype(search()) {
-  while (budget.lookNow()) {
+  while (budget.checkClock()) {
     const std::uint64_t revision = map.revision();
     auto answer = search();
     if (!answer.isFound() || map.revision() == revision || holds(answer.value)) return answer;

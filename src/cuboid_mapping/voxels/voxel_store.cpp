@@ -76,13 +76,13 @@ void VoxelStore::forEachIn(const CellBox& box, FunctionRef<void(const VoxelBrick
 
 std::vector<VoxelBrick> VoxelStore::copyIn(const CellBox& box) const {
   std::vector<VoxelBrick> bricks;
-  bricks.reserve(countLooks(box));
+  bricks.reserve(maxBricksIn(box));
   forEachIn(box, [&bricks](const VoxelBrick& brick) { bricks.push_back(brick); });
   sortBricks(bricks);
   return bricks;
 }
 
-std::uint64_t VoxelStore::countLooks(const CellBox& box) const {
+std::uint64_t VoxelStore::maxBricksIn(const CellBox& box) const {
   return static_cast<std::uint64_t>(std::min(numBricks(box), static_cast<double>(size())));
 }
 

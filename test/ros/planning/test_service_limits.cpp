@@ -274,7 +274,7 @@ TEST_F(ServiceLimitsTest, LetChangesInWhileALongQueryRuns) {
                    [&](const CuboidMap& map, const ros::Time& stamp, auto& budget) {
                      const std::uint64_t revision = map.revision();
                      is_begun = true;
-                     while (map.revision() == revision && budget.spendAndYield()) {
+                     while (map.revision() == revision && budget.spendAndUnlock()) {
                      }
                      EXPECT_GT(map.revision(), revision);
                      EXPECT_EQ(stamp, ros::Time(7.0)) << "of the beginning";

@@ -92,7 +92,7 @@ void setBox(GuardedMap& map, const CellBox& box, const SetRequest& request, Budg
   const bool is_divided = numBricks(box) <= kMaxSetBricks;
   bool is_locked = false;
   for (const CellBox& part : is_divided ? divide(box) : std::vector<CellBox>{box}) {
-    if (!budget.lookNow()) return;
+    if (!budget.checkClock()) return;
     map.editIn(
         part,
         [&](CuboidMap& content) {

@@ -158,7 +158,7 @@ class GuardedMap {
     return work(std::as_const(map_), stamp_, static_cast<const MapWindow*>(window_.get()));
   }
 
-  /// Reads the map for long: others get their turn where the work allows it (Budget::spendAndYield()), and the
+  /// Reads the map for long: others get their turn where the work allows it (Budget::spendAndUnlock()), and the
   /// map may have changed afterwards.
   /// @param work  (const CuboidMap&, const ros::Time& stamp, Budget&) -> any; the stamp is read at
   ///              the beginning.

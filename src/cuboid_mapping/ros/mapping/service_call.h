@@ -166,7 +166,7 @@ class ServiceCall {
   template <typename WorkT>
   void doEach(const Entries& entries, std::size_t num_entries, Budget& budget, const WorkT& work) {
     std::size_t num_answered = 0;
-    for (; num_answered < num_entries && budget.lookNow(); ++num_answered) {
+    for (; num_answered < num_entries && budget.checkClock(); ++num_answered) {
       work(num_answered);
       if (budget.isSpent()) break;
     }
