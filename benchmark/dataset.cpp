@@ -4,7 +4,7 @@
 #include "command_line.h"
 #include "progress_bar.h"
 
-#include "cuboid_mapping/io/scan_dataset.h"
+#include "data_sets/scan_dataset.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Distances to obstacles that follow clouds of real scans: this map's, and dynamicEDT3D's with the same changes.
 #include "command_line.h"
-#include "cuboid_mapping/io/scan_dataset.h"
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/query/distance_field.h"
 #include "cuboid_mapping/scan/scan_update.h"
+#include "data_sets/scan_dataset.h"
 #include "timing.h"
 
 #include <dynamicEDT3D/dynamicEDT3D.h>

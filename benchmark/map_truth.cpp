@@ -3,9 +3,9 @@
 // against a map that scans were made from, with OctoMap's rule for what beams clear, and with others.
 #include "command_line.h"
 
-#include "cuboid_mapping/io/scan_dataset.h"
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/scan/scan_update.h"
+#include "data_sets/scan_dataset.h"
 #include "simulation/lidar.h"
 
 #include <octomap/OcTree.h>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cuboid_mapping/io/scan_dataset.h"
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/scan/scan_update.h"
+#include "data_sets/scan_dataset.h"
 
 #include <string>
 #include <vector>

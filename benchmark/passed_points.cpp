@@ -3,10 +3,10 @@
 // defines them, of a simulated drive past a walker, or of a data set in that benchmark's layout.
 #include "command_line.h"
 
-#include "cuboid_mapping/io/scan_dataset.h"
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/scan/scan_update.h"
 #include "cuboid_mapping/scan/void_space.h"
+#include "data_sets/scan_dataset.h"
 #include "simulation/lidar.h"
 
 #include <pcl/io/pcd_io.h>

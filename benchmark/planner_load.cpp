@@ -4,7 +4,6 @@
 #include "command_line.h"
 #include "cuboid_mapping/interop/octomap_parity.h"
 #include "cuboid_mapping/io/packed_bricks.h"
-#include "cuboid_mapping/io/scan_dataset.h"
 #include "cuboid_mapping/io/scan_update_codec.h"
 #include "cuboid_mapping/query/box_query.h"
 #include "cuboid_mapping/query/path_query.h"
@@ -12,6 +11,7 @@
 #include "cuboid_mapping/ros/mapping/guarded_map.h"
 #include "cuboid_mapping/scan/scan_update.h"
 #include "cuboid_mapping/sharing/map_follower.h"
+#include "data_sets/scan_dataset.h"
 
 #include <algorithm>
 #include <atomic>

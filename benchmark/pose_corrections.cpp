@@ -3,9 +3,9 @@
 #include "command_line.h"
 #include "cuboid_mapping/history/kept_clouds.h"
 #include "cuboid_mapping/history/map_history.h"
-#include "cuboid_mapping/io/scan_dataset.h"
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/scan/scan_update.h"
+#include "data_sets/scan_dataset.h"
 #include "timing.h"
 
 #include <algorithm>

@@ -5,9 +5,9 @@
 #include "page_budget.h"
 #include "timing.h"
 
-#include "cuboid_mapping/io/scan_dataset.h"
 #include "cuboid_mapping/scan/scan_update.h"
 #include "cuboid_mapping/window/map_window.h"
+#include "data_sets/scan_dataset.h"
 #include "simulation/lidar.h"
 #include "simulation/world.h"
 

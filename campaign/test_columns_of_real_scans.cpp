@@ -2,8 +2,8 @@
 // Real scans, thinned, turned and moved: columns observe what the walk of each beam observes.
 //
 // CUBOID_MAPPING_CLOUDS sets the number of clouds of each set: 1 by default.
-#include "cuboid_mapping/io/scan_dataset.h"
 #include "cuboid_mapping/scan/scan_update.h"
+#include "data_sets/scan_dataset.h"
 #include "support/random_shapes.h"
 #include "support/same_updates.h"
 

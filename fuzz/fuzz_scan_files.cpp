@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Data sets of scans with a damaged poses.txt. PCL reads points; its reader of .pcd files crashes on
 // damaged ones.
-#include "cuboid_mapping/io/scan_dataset.h"
+#include "data_sets/scan_dataset.h"
 
 #include "fuzz_target.h"
 

@@ -127,7 +127,6 @@ if(zstd_FOUND AND ZLIB_FOUND AND SQLite3_FOUND)
     cuboid_mapping/history/kept_clouds.cpp
     cuboid_mapping/history/map_correction.cpp
     cuboid_mapping/history/map_history.cpp
-    cuboid_mapping/history/pose_file.cpp
     cuboid_mapping/history/pose_track.cpp)
   target_link_libraries(cuboid_mapping_io
     PUBLIC cuboid_mapping::core PRIVATE PkgConfig::zstd ZLIB::ZLIB SQLite::SQLite3)
@@ -153,19 +152,15 @@ else()
   cuboid_mapping_left_out(fcl "libfcl-dev 0.6 or later")
 endif()
 
-# Data sets of scans, and clouds as maps: PCL reads .pcd, OctoMap .graph.
-if(PCL_FOUND AND octomap_FOUND AND TARGET cuboid_mapping_io)
+# Clouds as maps: PCL reads .pcd.
+if(PCL_FOUND)
   cuboid_mapping_add_part(scans
-    cuboid_mapping/io/bin_scans.cpp
     cuboid_mapping/io/pcd_file.cpp
-    cuboid_mapping/io/point_cloud_map.cpp
-    cuboid_mapping/io/scan_dataset.cpp)
-  target_include_directories(cuboid_mapping_scans SYSTEM
-    PRIVATE ${PCL_INCLUDE_DIRS} ${OCTOMAP_INCLUDE_DIRS})
-  target_link_libraries(cuboid_mapping_scans
-    PUBLIC cuboid_mapping::core PRIVATE cuboid_mapping::io ${PCL_LIBRARIES} ${OCTOMAP_LIBRARIES})
+    cuboid_mapping/io/point_cloud_map.cpp)
+  target_include_directories(cuboid_mapping_scans SYSTEM PRIVATE ${PCL_INCLUDE_DIRS})
+  target_link_libraries(cuboid_mapping_scans PUBLIC cuboid_mapping::core PRIVATE ${PCL_LIBRARIES})
 else()
-  cuboid_mapping_left_out(scans "libpcl-dev liboctomap-dev, and what io needs")
+  cuboid_mapping_left_out(scans libpcl-dev)
 endif()
 
 if(NOT CUBOID_MAPPING_ROS)

@@ -49,7 +49,7 @@ endif()
 add_library(cuboid_mapping_scan_messages STATIC tools/scan_messages.cpp)
 cuboid_mapping_configure(cuboid_mapping_scan_messages)
 target_include_directories(cuboid_mapping_scan_messages SYSTEM PUBLIC ${catkin_INCLUDE_DIRS})
-target_link_libraries(cuboid_mapping_scan_messages PUBLIC cuboid_mapping::scans ${roscpp_LIBRARIES})
+target_link_libraries(cuboid_mapping_scan_messages PUBLIC cuboid_mapping::data_sets ${roscpp_LIBRARIES})
 add_executable(simulated_lidar
   tools/bag_output.cpp
   tools/simulation/simulated_drive.cpp
@@ -87,6 +87,7 @@ add_library(cuboid_mapping_bag_clouds STATIC
   tools/bag_sources.cpp
   tools/bag_topics.cpp
   tools/bag_transforms.cpp
+  tools/pose_file.cpp
   tools/yaml_parameters.cpp)
 cuboid_mapping_configure(cuboid_mapping_bag_clouds)
 target_include_directories(cuboid_mapping_bag_clouds SYSTEM PRIVATE ${YAML_CPP_INCLUDE_DIR})

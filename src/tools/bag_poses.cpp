@@ -2,11 +2,11 @@
 #include "bag_poses.h"
 
 #include "cuboid_mapping/geometry/rounded_transform.h"
-#include "cuboid_mapping/history/pose_file.h"
 #include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/conversions/pose_messages.h"
 #include "cuboid_mapping/ros/mapping/to_and_fro.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
+#include "pose_file.h"
 
 #include <geometry_msgs/PoseStamped.h>
 #include <nav_msgs/Odometry.h>

@@ -2,7 +2,7 @@
 // Scans of data sets as messages: scans_to_bag writes them to a bag, bag_to_map uses them directly.
 #pragma once
 
-#include "cuboid_mapping/io/scan_dataset.h"
+#include "data_sets/scan_dataset.h"
 
 #include <cstddef>
 #include <memory>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The map and OctoMap get the same clouds and must agree in every voxel.
 #include "cuboid_mapping/interop/octomap_parity.h"
-#include "cuboid_mapping/io/scan_dataset.h"
 #include "cuboid_mapping/query/box_query.h"
 #include "cuboid_mapping/scan/scan_update.h"
+#include "data_sets/scan_dataset.h"
 #include "support/map_invariants.h"
 
 #include <gtest/gtest.h>

@@ -2,7 +2,7 @@
 #include "cuboid_mapping/history/kept_clouds.h"
 
 #include "cuboid_mapping/io/map_file_error.h"
-#include "cuboid_mapping/io/scan_dataset.h"
+#include "data_sets/scan_dataset.h"
 #include "support/full_disk.h"
 #include "support/random.h"
 

@@ -2,8 +2,8 @@
 #include "cuboid_mapping/history/map_history.h"
 
 #include "cuboid_mapping/history/kept_clouds.h"
-#include "cuboid_mapping/io/scan_dataset.h"
 #include "cuboid_mapping/map/mapper.h"
+#include "data_sets/scan_dataset.h"
 #include "history/random_drive.h"
 #include "support/snapshots.h"
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/io/scan_update_codec.h"
 
-#include "cuboid_mapping/io/scan_dataset.h"
 #include "cuboid_mapping/map/map_snapshot.h"
 #include "cuboid_mapping/map/mapper.h"
+#include "data_sets/scan_dataset.h"
 #include "support/map_cuboids.h"
 #include "support/random_bricks.h"
 

@@ -2,8 +2,8 @@
 // Maps of real scans in CUBOID_DATA_DIR.
 #pragma once
 
-#include "cuboid_mapping/io/scan_dataset.h"
 #include "cuboid_mapping/scan/scan_update.h"
+#include "data_sets/scan_dataset.h"
 #include "support/dense_obstacles.h"
 
 #include <cstdlib>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/history/pose_file.h"
+#include "pose_file.h"
 
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/text.h"

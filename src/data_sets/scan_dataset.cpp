@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/io/scan_dataset.h"
+#include "data_sets/scan_dataset.h"
 
-#include "cuboid_mapping/io/bin_scans.h"
 #include "cuboid_mapping/io/pcd_file.h"
-#include "cuboid_mapping/io/pose_lines.h"
+#include "data_sets/bin_scans.h"
+#include "data_sets/pose_lines.h"
 
 #include <octomap/ScanGraph.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/history/pose_file.h"
+#include "pose_file.h"
 
 #include "cuboid_mapping/io/map_file_error.h"
 #include "tools/run_program.h"

@@ -2,7 +2,7 @@
 // Scans in KITTI's format, and in those of other data sets that are like it.
 #pragma once
 
-#include "cuboid_mapping/io/scan_dataset.h"
+#include "data_sets/scan_dataset.h"
 
 #include <filesystem>
 #include <memory>

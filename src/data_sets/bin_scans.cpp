@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/io/bin_scans.h"
+#include "data_sets/bin_scans.h"
 
 #include "cuboid_mapping/io/file_replacement.h"
-#include "cuboid_mapping/io/pose_lines.h"
+#include "data_sets/pose_lines.h"
 
 #include <algorithm>
 #include <array>
