@@ -80,6 +80,37 @@ def summary_block(runs):
                   'visit of occupied cells', 'voxels that differ from OctoMap'], rows)
 
 
+def fewer(run, octomap):
+    percent = 100 - 100 * run['cells'] / octomap['cells']
+    return f"{abs(percent):.0f} % {'fewer' if percent > 0 else 'more'}"
+
+
+def method_block(runs):
+    """What the default brings beside the paper: a table of doc/method.md."""
+    places = {'standing lidar': 'muehlburger_tor_standing', 'driving car': 'kitti_0005_city'}
+    octomap = [runs.octomap(dataset) for dataset in places.values()]
+    methods = [[find(dataset) for dataset in places.values()] for find in (
+        runs.letter, lambda dataset: runs.find(dataset, fusion='growth', environment='static'), lambda dataset: runs.find(dataset, fusion='class'))]
+
+    def row(title, paper, figures):
+        *others, default = figures
+        return [title, paper, *others, f'**{default}**']
+
+    def both(figure):
+        """A figure of each method, for both data sets."""
+        return [' and '.join(f'{value:.{0 if value >= 10 else 1}f}' for value in map(figure, own, octomap)) for own in methods]
+
+    rows = [['cells, beside the pruned OctoMap: a campus', '28.5 % fewer', '', '', '']]
+    for number, place in enumerate(places):
+        rows.append(row(f'cells: {place}', '', [fewer(own[number], octomap[number]) for own in methods]))
+    rows.append(row("nodes of the tree, share of OctoMap's: standing, driving", 'fewer', [f'{text} %' for text in both(
+        lambda run, their: 100 * run['hierarchy_nodes'] / their['hierarchy_nodes'])]))
+    for title, paper, key in (('insertion, times as fast as OctoMap: standing, driving', 'slower', 'insert_cpu_s'),
+                              ('visit of occupied cells, times as fast', 'faster', 'access_occupied_ms')):
+        rows.append(row(title, paper, both(lambda run, their, key=key: their[key] / run[key])))
+    return table(['', 'paper', 'to the letter', '`growth`', '`class`'], rows)
+
+
 def strategies_block(runs):
     datasets = runs.datasets()
     variants = [('growth: step cell, starters sampled', {}),

@@ -104,9 +104,9 @@ class EvaluationTest(unittest.TestCase):
 
 class KeptRunsTest(unittest.TestCase):
 
-    def expect_document(self, name, script, *options):
-        """A document without its tables is restored from the kept runs."""
-        pages = [pathlib.Path(f'{name}.md'), pathlib.Path(f'tables/{name}.md')]
+    def expect_document(self, name, script, *options, pages=()):
+        """A document without its tables is restored from the kept runs. @param pages  More pages that the script fills in."""
+        pages = [pathlib.Path(f'{name}.md'), pathlib.Path(f'tables/{name}.md'), *map(pathlib.Path, pages)]
         originals = [(ROOT / 'doc' / page).read_text() for page in pages]
         with tempfile.TemporaryDirectory() as folder:
             (pathlib.Path(folder) / 'tables').mkdir()
@@ -130,8 +130,8 @@ class KeptRunsTest(unittest.TestCase):
                     options += [f'--{name}-commit', other_commit]
         self.expect_document('performance', 'benchmark', '--only-document', '--results', ROOT / 'doc/performance', *options)
 
-    def test_evaluation_md_is_made_of_the_runs_beside_it(self):
-        self.expect_document('evaluation', 'evaluate', '--kept')
+    def test_evaluation_md_and_the_table_of_the_method_are_made_of_the_runs_beside_them(self):
+        self.expect_document('evaluation', 'evaluate', '--kept', pages=['method.md'])
 
 
 class ScalingTest(unittest.TestCase):
