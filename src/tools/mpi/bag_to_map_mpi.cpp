@@ -299,8 +299,8 @@ Options readOptions(const MpiRanks& ranks, int argc, char** argv) {
   cuboid_mapping::CommandLine line(
       kProgram,
       "bag_to_map on several processes and machines: mpirun -n N bag_to_map_mpi INPUT... -o FILE.\n"
-      "Every N gives the file of bag_to_map, byte for byte; with fusion=growth without the fused "
-      "cuboids,\n"
+      "Every N gives the file of bag_to_map, byte for byte with the same zstd; with fusion=growth "
+      "without the fused cuboids,\n"
       "since a rank has a part of the map only.");
   line.addNumber("checkpoint", options.checkpoint_period_s,
                  "seconds between saves of the state of all ranks beside the output, from which "
