@@ -45,13 +45,16 @@ cuboid_mapping_add_part(core
   cuboid_mapping/query/height_range.cpp
   cuboid_mapping/query/motion_query.cpp
   cuboid_mapping/query/near_obstacles.cpp
+  cuboid_mapping/query/near_places.cpp
   cuboid_mapping/query/nearest_query.cpp
   cuboid_mapping/query/obstacle_cache.cpp
   cuboid_mapping/query/obstacle_distance.cpp
   cuboid_mapping/query/obstacles.cpp
   cuboid_mapping/query/path_query.cpp
   cuboid_mapping/query/place_graph.cpp
+  cuboid_mapping/query/place_search.cpp
   cuboid_mapping/query/point_query.cpp
+  cuboid_mapping/query/pose_clearance.cpp
   cuboid_mapping/query/pose_lattice.cpp
   cuboid_mapping/query/pose_path.cpp
   cuboid_mapping/query/pose_query.cpp

@@ -112,7 +112,8 @@ py::object searchPosePath(MapAccess& access, const PosePathTask& task, UnknownPo
   for (const Eigen::Isometry3d& pose : path.T_map_body) append(poses, pose);
   const auto num_poses = static_cast<py::ssize_t>(path.T_map_body.size());
   return makeResult("PosePath", toCorridorEnd(answer), toArray(std::move(poses), {num_poses, 4, 4}),
-                    path.length_m, path.num_poses);
+                    path.length_m, path.num_poses, path.start_distance_m, path.goal_distance_m,
+                    toPointOf(access.grid(), path.met));
 }
 
 void bindPosePath(MapClass& map) {
@@ -120,8 +121,12 @@ void bindPosePath(MapClass& map) {
       "find_path",
       [](MapAccess& access, const Doubles& start, const Doubles& goal, const Doubles& spheres,
          const Doubles& boxes, const py::object& box_poses, const std::string& unknown, bool climb,
-         double time_limit_s, const py::object& region) {
+         double time_limit_s, const py::object& region, double clearance_m,
+         double start_tolerance_m, double goal_tolerance_m) {
         PosePathTask task;
+        task.clearance_m = clearance_m;
+        task.start_tolerance_m = start_tolerance_m;
+        task.goal_tolerance_m = goal_tolerance_m;
         task.body = toBody(spheres, boxes, box_poses);
         task.start_map = toUnitPose(start, "start");
         task.goal_map = toUnitPose(goal, "goal");
@@ -134,13 +139,16 @@ void bindPosePath(MapClass& map) {
       "start"_a, "goal"_a, "spheres"_a = Doubles(py::array::ShapeContainer{0, 4}),
       "boxes"_a = Doubles(py::array::ShapeContainer{0, 3}), "box_poses"_a = py::none(),
       "unknown"_a = "obstacle", "climb"_a = false, "time_limit"_a = kInfinity,
-      "region"_a = py::none(),
+      "region"_a = py::none(), "clearance"_a = 0.0, "start_tolerance"_a = 0.0,
+      "goal_tolerance"_a = 0.0,
       R"(Finds a way for a body that moves in any direction, and turns about z.
 
 start, goal: (4, 4): upright poses of the body. spheres, boxes, box_poses: as for check_poses().
 unknown: 'obstacle' or 'free'. climb: whether it may move along z.
 time_limit: seconds. region: (6,), metres: the body may not leave it; None: the map and some room around it.
-Returns results.PosePath, whose motions check_motion() finds free. The search uses voxel centres and 16 headings: it may
+clearance: metres along its x and y that the body keeps where there is room. start_tolerance, goal_tolerance: as for
+find_corridor().
+Returns results.PosePath, whose motions check_motion() finds free, but for a way out of the start. The search uses voxel centres and 16 headings: it may
 miss passages less than a voxel wider than the body.)");
 }
 

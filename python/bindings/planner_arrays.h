@@ -3,13 +3,17 @@
 #pragma once
 
 #include "arrays.h"
+#include "cuboid_mapping/geometry/grid.h"
 #include "cuboid_mapping/query/answer.h"
 
 #include <Eigen/Core>
 
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace cuboid_map_python {
 
@@ -34,6 +38,14 @@ py::object toCorridorEnd(const cuboid_mapping::Answer<WayT>& answer) {
                      : answer.isNotFound() ? 2 + static_cast<int>(answer.value.blocked)
                                            : 5;
   return py::module::import("cuboid_map.results").attr("CorridorEnd")(number);
+}
+
+/// (3,), metres: centre of a voxel; NaN without one.
+inline py::object toPointOf(const cuboid_mapping::Grid& grid,
+                            const std::optional<cuboid_mapping::Cell>& cell) {
+  std::vector<double> point;
+  append(point, cell ? grid.centerOf(cuboid_mapping::CellBox::ofCell(*cell)) : kNowhere);
+  return toArray(std::move(point));
 }
 
 /// @throws Error

@@ -180,7 +180,8 @@ py::object searchCorridor(MapAccess& access, const CorridorTask& task, UnknownPo
   for (const Eigen::Vector3d& point : corridor.path_map) append(path, point);
   return makeResult("Corridor", toCorridorEnd(answer), toRows(std::move(boxes), 6),
                     toRows(std::move(portals), 3), toRows(std::move(path), 3), corridor.length_m,
-                    corridor.num_visited);
+                    corridor.num_visited, corridor.start_distance_m, corridor.goal_distance_m,
+                    toPointOf(access.grid(), corridor.met));
 }
 
 void bindCorridor(MapClass& map) {
@@ -188,10 +189,13 @@ void bindCorridor(MapClass& map) {
       "find_corridor",
       [](MapAccess& access, const Doubles& start, const Doubles& goal, const Doubles& size,
          const std::string& unknown, double time_limit_s, const py::object& region,
-         double inflation_m, double clearance_m) {
+         double inflation_m, double clearance_m, double start_tolerance_m,
+         double goal_tolerance_m) {
         CorridorTask task;
         task.inflation_m = inflation_m;
         task.clearance_m = clearance_m;
+        task.start_tolerance_m = start_tolerance_m;
+        task.goal_tolerance_m = goal_tolerance_m;
         task.start_map = toVector(start, "start");
         task.goal_map = toVector(goal, "goal");
         task.size_m = toSize(size);
@@ -202,7 +206,8 @@ void bindCorridor(MapClass& map) {
         return searchCorridor(access, task, toUnknownPolicy(unknown), time_limit_s);
       },
       "start"_a, "goal"_a, "size"_a, "unknown"_a = "obstacle", "time_limit"_a = kInfinity,
-      "region"_a = py::none(), "inflation"_a = 0.0, "clearance"_a = 0.0,
+      "region"_a = py::none(), "inflation"_a = 0.0, "clearance"_a = 0.0, "start_tolerance"_a = 0.0,
+      "goal_tolerance"_a = 0.0,
       R"(Finds a corridor of overlapping boxes without obstacles from a start to a goal, and a path in it.
 
 start, goal: (3,), metres: centre of the robot.
@@ -212,6 +217,8 @@ time_limit: seconds. region: (6,), metres: the robot may not leave it; None: the
 inflation: metres, added on all sides of the robot.
 clearance: metres along x and y that the path keeps from the faces of the boxes; where there is less room, it goes
 through the middle.
+start_tolerance: longest way out of obstacles that the robot touches at the start, metres; 0: START_BLOCKED.
+goal_tolerance: largest distance from the goal at which the path may end if the robot cannot reach it, metres.
 Returns results.Corridor. A corridor is found if and only if the robot can go from voxel to voxel; it need not be the
 shortest. O(bricks that the search reaches).)");
 }

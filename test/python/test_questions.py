@@ -180,6 +180,10 @@ def test_a_base_moves_and_turns_around_the_wall(room):
     assert room.find_path(start, goal, region=(0, 0, 0, 4, 1.5, 1), **base).end == CorridorEnd.NO_WAY
     assert room.find_path(start, yawed(2, 0.5, 0), **base).end == CorridorEnd.GOAL_BLOCKED
     assert len(room.find_path(yawed(2, 0.5, 0), goal, **base).poses) == 0
+    near = room.find_path(start, yawed(2, 0.5, 0), clearance=0.1, goal_tolerance=1, **base)
+    assert near.end == CorridorEnd.FOUND and 0 < near.goal_distance <= 1
+    out = room.find_path(yawed(1.55, 0.5, 0), goal, start_tolerance=0.3, **base)
+    assert out.end == CorridorEnd.FOUND and 0 < out.start_distance <= 0.3 and 2 < out.point[0] < 2.1
     higher = yawed(3.2, 0.7, 0)
     higher[2, 3] = 0.7
     assert room.find_path(start, higher, climb=True, **base).end == CorridorEnd.FOUND
@@ -230,6 +234,14 @@ def test_a_corridor_leads_around_the_wall(room):
     assert len(room.find_corridor(start, (9, 9, 9), size).path) == 0
     with pytest.raises(ValueError, match='start, goal and size must be finite'):
         room.find_corridor(start, (np.nan, 0, 0), size)
+    touching = room.find_corridor((1.8, 0.5, 0.5), goal, size, start_tolerance=0.1)
+    assert touching.end == CorridorEnd.FOUND
+    np.testing.assert_allclose([touching.start_distance, *touching.path[1]], [0.05, 1.75, 0.5, 0.5])
+    np.testing.assert_allclose(touching.point[0], 2.05)
+    near = room.find_corridor(start, (9, 0.5, 0.5), size, goal_tolerance=np.inf)
+    assert near.end == CorridorEnd.FOUND
+    np.testing.assert_allclose([near.goal_distance, *near.path[-1]], [5.25, 3.75, 0.5, 0.5])
+    assert np.isnan(corridor.point).all() and corridor.start_distance == corridor.goal_distance == 0
 
 
 def test_arrays_outlive_the_map(room):

@@ -5,6 +5,7 @@
 #include "cuboid_mapping/query/corridor_boxes.h"
 #include "cuboid_mapping/query/path_query.h"
 #include "cuboid_mapping/query/place_graph.h"
+#include "support/corridor_maze.h"
 #include "support/dense_obstacles.h"
 #include "support/way_end.h"
 
@@ -22,9 +23,8 @@ namespace {
 
 using test::DenseObstacles;
 using test::endOf;
+using test::kMazeArea;
 using test::Random;
-
-constexpr CellBox kCorridorArea{{-20, -20, -6}, {20, 20, 6}};
 
 Answer<Corridor> find(const CuboidMap& map, const CorridorTask& task,
                       UnknownPolicy policy = UnknownPolicy::kObstacle) {
@@ -265,40 +265,6 @@ TEST(CorridorQuery, holdsInTheMapAsItIsInTheEndWhenOthersChangeIt) {
   EXPECT_GT(num_changed, 5);
 }
 
-/// Walls with gaps about as wide as the robot, some clutter, unknown patches.
-test::ModelledMap randomMaze(Random& random) {
-  test::ModelledMap maze(oneMetre());
-  const auto fill = [&](const CellBox& asked, const std::optional<float>& log_odds) {
-    const CellBox box = intersect(asked, kCorridorArea);
-    if (box.isEmpty()) return;
-    std::vector<UniformBox> boxes;
-    if (log_odds) boxes.push_back({box, *log_odds});
-    maze.map.replace(box, boxes);
-    test::visitCells(box, [&](const Cell& cell) { maze.voxels.set(cell, log_odds); });
-  };
-  fill(kCorridorArea, -1.0F);
-  for (int axis = 0; axis < 2; ++axis) {
-    for (int at = -12; at <= 12; at += random.integer(5, 9)) {
-      CellBox wall = kCorridorArea;
-      wall.min[axis] = at;
-      wall.max[axis] = at + random.integer(1, 2);
-      fill(wall, 1.0F);
-    }
-  }
-  const int num_doors = random.integer(15, 50);
-  for (int i = 0; i < num_doors; ++i) {
-    const Cell min = test::randomCell(random, kCorridorArea);
-    fill({min, min + Cell{random.integer(2, 7), random.integer(2, 7), random.integer(2, 8)}},
-         -1.5F);
-  }
-  const int num_clutter = random.integer(0, 15);
-  for (int i = 0; i < num_clutter; ++i) {
-    fill(test::randomBox(random, kCorridorArea, 3),
-         random.chance(0.3) ? std::nullopt : std::optional<float>(1.0F));
-  }
-  return maze;
-}
-
 /// Whether a path of places exists, each beside the previous one.
 bool isConnected(DenseObstacles& obstacles, const Cell& size, const CellBox& start,
                  const CellBox& goal, const CellBox& region) {
@@ -367,12 +333,12 @@ TEST(CorridorQuery, findsOneIfAndOnlyIfThereIsAWayFromVoxelToVoxel) {
   std::map<std::string, std::size_t> num_by_end;
   std::size_t num_long = 0;
   for (std::size_t m = 0; m < kMazes; ++m) {
-    const test::ModelledMap maze = randomMaze(random);
+    const test::ModelledMap maze = test::randomMaze(random);
     CorridorTask task;
     const UnknownPolicy policy =
         random.chance(0.7) ? UnknownPolicy::kObstacle : UnknownPolicy::kFree;
-    task.region = kCorridorArea;
-    DenseObstacles obstacles(maze.voxels, kCorridorArea, policy);
+    task.region = kMazeArea;
+    DenseObstacles obstacles(maze.voxels, kMazeArea, policy);
     for (int i = 0; i < 40; ++i) {
       for (int axis = 0; axis < 3; ++axis) task.size_m[axis] = random.real(0.6, 4.0);
       if (i % 2 == 0) task.size_m = Eigen::Vector3d::Constant(random.integer(1, 4));
@@ -386,14 +352,14 @@ TEST(CorridorQuery, findsOneIfAndOnlyIfThereIsAWayFromVoxelToVoxel) {
       const CellBox start = *grid.toCellBox(boxAround(task.start_map, task.size_m));
       const CellBox goal = *grid.toCellBox(boxAround(task.goal_map, task.size_m));
       const auto is_blocked = [&](const CellBox& box) {
-        return !kCorridorArea.contains(box) || obstacles.isAny(box);
+        return !kMazeArea.contains(box) || obstacles.isAny(box);
       };
       ASSERT_EQ(end == "start", is_blocked(start));
       if (is_blocked(start)) continue;
       ASSERT_EQ(end == "goal", is_blocked(goal));
       if (is_blocked(goal)) continue;
       const Cell size = *grid.toSizeInCells(task.size_m);
-      ASSERT_EQ(end == "found", isConnected(obstacles, size, start, goal, kCorridorArea))
+      ASSERT_EQ(end == "found", isConnected(obstacles, size, start, goal, kMazeArea))
           << test::seedNote(40 * m + static_cast<std::size_t>(i));
       if (end != "found") continue;
       ASSERT_TRUE(isCorridor(*corridor, task, obstacles, grid))

@@ -169,6 +169,26 @@ TEST(FrontierQuery, refusesNumbersOutsideTheirRanges) {
   EXPECT_FALSE(findFrontiers(map, task, Budget::unlimited()).fault.empty()) << "an empty region";
 }
 
+TEST(FrontierQuery, goesOnAfterAnEarlierAnswer) {
+  Random random(3924);
+  const CuboidMap map = test::mapOfUpdates(random, 8);
+  FrontierTask task;
+  const auto all = findFrontiers(map, task, Budget::unlimited());
+  ASSERT_GT(all.value.size(), 3U);
+  std::vector<Eigen::Vector3d> centers;
+  for (std::size_t calls = 0; calls < all.value.size() + 1; ++calls) {
+    Budget two(QueryLimits{std::numeric_limits<double>::infinity(),
+                           std::numeric_limits<std::uint64_t>::max(), 2});
+    task.first = centers.size();
+    const auto part = findFrontiers(map, task, two);
+    ASSERT_LE(part.value.size(), 2U);
+    for (const Frontier& frontier : part.value) centers.push_back(frontier.center_map);
+    if (part.status != AnswerStatus::kBudgetSpent) break;
+  }
+  ASSERT_EQ(centers.size(), all.value.size());
+  for (std::size_t i = 0; i < centers.size(); ++i) EXPECT_EQ(centers[i], all.value[i].center_map);
+}
+
 TEST(FrontierQuery, endsWithItsBudget) {
   Random random(3923);
   const CuboidMap map = test::mapOfUpdates(random, 8);

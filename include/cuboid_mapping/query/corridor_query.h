@@ -28,8 +28,13 @@ struct CorridorTask {
   /// Distance along x and y that the path keeps from the faces of the boxes, >= 0: where there is less room, it
   /// goes through the middle.
   double clearance_m = 0.0;
+  /// Longest way out of the obstacles that the robot touches at the start, >= 0; 0: kNotFound with Blocked::kStart.
+  double start_tolerance_m = 0.0;
+  /// Largest distance from the goal at which the path may end if the robot cannot reach it, >= 0; infinity: as near as
+  /// it gets.
+  double goal_tolerance_m = 0.0;
   /// Voxels that the robot may not leave; nothing: the bounds of map, start and goal, with room to go around
-  /// them.
+  /// them. With UnknownPolicy::kFree, it leaves the heights of start and goal by at most its own height.
   std::optional<CellBox> region;
 };
 
@@ -47,9 +52,16 @@ struct Corridor {
   std::vector<CellBox> boxes;
   /// Centres of the overlaps of successive boxes: one less than boxes.
   std::vector<Eigen::Vector3d> portals_map;
-  /// Path of the robot's centre from start to goal: each segment, robot included, lies in one box.
+  /// Path of the robot's centre from start to goal: each segment, robot included, lies in one box. With
+  /// start_distance_m > 0, the first segment comes before the boxes.
   std::vector<Eigen::Vector3d> path_map;
-  double length_m = 0.0;                ///< Length of the path.
+  double length_m = 0.0;  ///< Length of the path.
+  /// Length of the first segment of the path, if the start touches obstacles: the way out of them. Else 0.
+  double start_distance_m = 0.0;
+  double goal_distance_m = 0.0;  ///< Distance of the end of the path from the goal.
+  /// A voxel that the robot touches at the start, else at the goal; an occupied one if there is any. Nothing: it
+  /// touches none there, or only leaves the region.
+  std::optional<Cell> met;
   std::size_t num_visited = 0;          ///< Boxes of places that the search has made.
   Blocked blocked = Blocked::kBetween;  ///< Where, with kNotFound.
 };
@@ -65,13 +77,18 @@ struct Corridor {
 /// a voxel beside the one before. It need not be the shortest. Clearance moves the path inside the boxes, and
 /// changes neither the boxes nor whether there are any.
 ///
+/// Tolerances: a robot that touches obstacles at the start leaves them on the shortest straight way to a place from
+/// which the goal can be reached. On it, no occupied voxel is entered more deeply than at the start (measured by how far
+/// the robot would have to shrink), and unknown space is free. If the goal is blocked, or cannot be reached, the path
+/// ends at the reachable position that is nearest to it.
+///
 /// If others change the map during the search (MapUnlock), the boxes are looked up again; if one has an
 /// obstacle, the search starts again.
 ///
 /// Cases:
-///   - a number that is not finite, a size that is not > 0, inflation or clearance < 0, or out of the grid's
+///   - a number that is not finite, a size that is not > 0, inflation, clearance or a tolerance < 0, or out of the grid's
 ///     range: kInvalid;
-///   - kNotFound: only Corridor::blocked and num_visited are set;
+///   - kNotFound: only Corridor::blocked, met and num_visited are set;
 ///   - the budget is spent during the search: kBudgetSpent; later, while boxes grow: kFound, with boxes that
 ///     are not maximal.
 ///

@@ -24,6 +24,8 @@ struct FrontierTask {
 
   CellBox region = kAllCells;  ///< Frontier voxels outside are left out.
   std::size_t min_voxels = 1;  ///< Smaller frontiers are left out.
+  std::size_t first =
+      0;  ///< So many of the largest frontiers are left out: an earlier answer has them.
   Eigen::Vector3d size_m =
       Eigen::Vector3d::Constant(0.5);  ///< Robot: a box that does not turn, > 0.
   double max_distance_m = 2.0;  ///< Maximum distance of a place to stand from its frontier, >= 0.
@@ -50,7 +52,7 @@ struct Frontier {
 ///
 /// Cases:
 ///   - the region is empty, or a number is outside its range: kInvalid;
-///   - kBudgetSpent: the last ones are missing or lack places and views, or all are missing;
+///   - kBudgetSpent: the last ones are missing, see FrontierTask::first;
 ///   - others change the map meanwhile (MapUnlock): the clusters are of one revision, places and views may be of
 ///     later ones.
 ///

@@ -19,8 +19,17 @@ struct PosePathTask {
   Eigen::Isometry3d start_map = Eigen::Isometry3d::Identity();  ///< Pose of the body, upright.
   Eigen::Isometry3d goal_map = Eigen::Isometry3d::Identity();   ///< Pose of the body, upright.
   bool may_climb = false;  ///< Whether it may move along z; else it stays at the start's height.
+  /// Room along its x and y that the body keeps where there is any, >= 0: less of it costs more, up to three times the
+  /// length.
+  double clearance_m = 0.0;
+  /// Longest way out of the obstacles that the body touches at the start, >= 0; 0: kNotFound with Blocked::kStart.
+  /// A turn counts as the path of the point that moves most.
+  double start_tolerance_m = 0.0;
+  /// Largest distance from the goal at which the path may end if the body cannot reach it, >= 0; infinity: as near as
+  /// it gets. The heading may then differ.
+  double goal_tolerance_m = 0.0;
   /// Voxels that the body may not leave; nothing: the bounds of map, start and goal, with room to go around
-  /// them.
+  /// them. With UnknownPolicy::kFree, it leaves the heights of start and goal by at most twice its reach.
   std::optional<CellBox> region;
 };
 
@@ -29,9 +38,16 @@ struct PosePathTask {
 
 /// Path of findPosePath().
 struct PosePath {
-  /// Poses from start to goal. checkMotion() has found each motion between two of them free.
+  /// Poses from start to goal. checkMotion() has found each motion between two of them free, but for the first one if
+  /// start_distance_m > 0.
   std::vector<Eigen::Isometry3d> T_map_body;
-  double length_m = 0.0;      ///< Length of the path of the body's origin.
+  double length_m = 0.0;  ///< Length of the path of the body's origin.
+  /// Length of the first motion, if the start touches obstacles: the way out of them. Else 0.
+  double start_distance_m = 0.0;
+  double goal_distance_m = 0.0;  ///< Distance of the end of the path from the goal.
+  /// A voxel that the body touches at the start, else at the goal; nothing: it touches none there, or only leaves the
+  /// region.
+  std::optional<Cell> met;
   std::size_t num_poses = 0;  ///< Number of poses at which the last search has checked the map.
   Blocked blocked = Blocked::kBetween;  ///< Where, with kNotFound.
 };
@@ -48,12 +64,15 @@ struct PosePath {
 /// The search is complete on this lattice only: it may miss ways through gaps less than a voxel wider than the
 /// body, and ways that need other headings. The path need not be the shortest.
 ///
+/// Tolerances are those of findCorridor(). The way out is one motion to a pose of the lattice, short rather than
+/// the shortest: its length counts ten times. It may enter occupied voxels by 0.1 voxels more.
+///
 /// If others change the map during the search (MapUnlock), the path is checked again; if it is blocked,
 /// the search starts again.
 ///
 /// Cases:
 ///   - a fault, see findFault(): kInvalid;
-///   - kNotFound: only PosePath::blocked and num_poses are set;
+///   - kNotFound: only PosePath::blocked, met and num_poses are set;
 ///   - the budget is spent during the search: kBudgetSpent; while steps are joined: kFound, with more poses.
 ///
 /// @param budget  Entries are poses of the path: with more of them than entries, kBudgetSpent.

@@ -94,6 +94,9 @@ class PosePath(typing.NamedTuple):
     poses: np.ndarray  # (n, 4, 4) float64: from start to goal.
     length: float      # Length of the path of the body's origin, metres.
     num_poses: int     # Number of poses at which the search has checked the map.
+    start_distance: float  # Length of the first motion if it leads out of obstacles, metres; else 0.
+    goal_distance: float   # Distance from the goal to the end of the path, metres.
+    point: np.ndarray      # (3,) float64: centre of a voxel that the body touches at the start, else at the goal; NaN: none.
 
 
 class Nearest(typing.NamedTuple):
@@ -112,6 +115,9 @@ class Corridor(typing.NamedTuple):
     path: np.ndarray     # (p, 3) float64, metres: the robot's centre from start to goal.
     length: float        # Length of the path, metres.
     num_visited: int     # Boxes that the search has visited.
+    start_distance: float  # Length of the first segment of the path if it leads out of obstacles, metres; else 0.
+    goal_distance: float   # Distance from the goal to the end of the path, metres.
+    point: np.ndarray      # (3,) float64: centre of a voxel that the robot touches at the start, else at the goal; NaN: none.
 
 
 class BoxCover(typing.NamedTuple):

@@ -71,14 +71,15 @@ std::optional<PoseContact> BodyProbe::find(const Eigen::Isometry3d& T_map_body,
   for (const BodySphere& sphere : body_.spheres) {
     const Eigen::Vector3d center_map =
         T_map_body.linear() * sphere.center_body + T_map_body.translation();
-    const double radius_m = sphere.radius_m + growth.of(sphere);
+    const double radius_m = sphere.radius_m + growth.of(sphere) + margin_body_.maxCoeff();
     const Ball ball(grid_.toCellUnits(center_map), radius_m * grid_.inverseResolution());
     if (const Cell* voxel = findMet(ball)) return PoseContact{part, *voxel};
     ++part;
   }
   for (const BodyBox& box : body_.boxes) {
     const Eigen::Isometry3d T_map_box = T_map_body * box.T_body_box;
-    const Eigen::Vector3d half_m = 0.5 * box.size_m + growth.of(box);
+    const Eigen::Vector3d half_m = 0.5 * box.size_m + growth.of(box) +
+                                   box.T_body_box.linear().cwiseAbs().transpose() * margin_body_;
     const TurnedBox turned(grid_.toCellUnits(T_map_box.translation()), T_map_box.linear(),
                            grid_.toCellUnits(half_m));
     if (const Cell* voxel = findMet(turned)) return PoseContact{part, *voxel};

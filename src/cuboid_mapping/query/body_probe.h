@@ -20,10 +20,13 @@ struct Sway {
 class BodyProbe {
  public:
   /// @param body, budget  Must outlive this object. @pre findFault(body, map.grid()) is empty.
-  /// @param region  Voxels outside of it are obstacles.
+  /// @param region  Voxels outside of it are obstacles. @param margin_body  Enlarges all parts, on both sides along
+  /// each axis, metres.
   BodyProbe(const CuboidMap& map, const Body& body, UnknownPolicy policy, Budget& budget,
-            const std::optional<CellBox>& region = std::nullopt)
+            const std::optional<CellBox>& region = std::nullopt,
+            const Eigen::Vector3d& margin_body = Eigen::Vector3d::Zero())
       : body_(body),
+        margin_body_(margin_body),
         grid_(map.grid()),
         cache_(map, policy, budget),
         near_(cache_),
@@ -53,6 +56,7 @@ class BodyProbe {
   const Cell* keep(const Cell& met) { return &(met_ = met); }
 
   const Body& body_;
+  Eigen::Vector3d margin_body_;
   Grid grid_;
   ObstacleCache cache_;
   NearObstacles near_;

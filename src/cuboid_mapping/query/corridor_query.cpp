@@ -1,185 +1,226 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/query/corridor_query.h"
 
-#include "cuboid_mapping/geometry/box_faces.h"
 #include "cuboid_mapping/query/corridor_boxes.h"
 #include "cuboid_mapping/query/path_query.h"
-#include "cuboid_mapping/query/place_graph.h"
+#include "cuboid_mapping/query/place_search.h"
 #include "cuboid_mapping/query/way_search.h"
 
 #include <algorithm>
 #include <cmath>
-#include <queue>
 
 namespace cuboid_mapping {
 namespace {
 
-using PlaceNode = PlaceGraph::NodeIndex;
-
-double distance(const Cell& a, const Cell& b) { return (toVector(a) - toVector(b)).norm(); }
-
-/// A* from the places of the start to the places of the goal.
-class PlaceSearch {
- public:
-  PlaceSearch(PlaceGraph& graph, const CellBox& start, const CellBox& goal)
-      : graph_(graph), start_(start), goal_(goal) {}
-
-  AnswerStatus run(Budget& budget) {
-    std::vector<PlaceNode> first;
-    graph_.findNodes(start_, first);
-    for (const PlaceNode node : first) {
-      const Cell entry = clampTo(intersect(graph_.box(node), start_), clampTo(goal_, start_.min));
-      reach(node, entry, 0.0, PlaceGraph::kNoNode);
-    }
-    while (!open_.empty() && budget.spendAndUnlock()) {
-      const Item item = open_.top();
-      open_.pop();
-      const State& state = states_[item.node];
-      if (item.cost > state.cost) continue;  // A shorter way was found since.
-      if (graph_.box(item.node).intersects(goal_)) {
-        last_ = item.node;
-        return AnswerStatus::kFound;
-      }
-      expand(item.node);
-    }
-    return budget.isSpent() ? AnswerStatus::kBudgetSpent : AnswerStatus::kNotFound;
-  }
-
-  /// Places from start to goal; two successive ones lie in one box of the graph, or side by side.
-  [[nodiscard]] std::vector<Cell> toWay() const {
-    std::vector<Cell> way{clampTo(intersect(graph_.box(last_), goal_), states_[last_].entry)};
-    for (PlaceNode node = last_; node != PlaceGraph::kNoNode; node = states_[node].parent) {
-      const State& state = states_[node];
-      way.push_back(state.entry);
-      if (state.parent != PlaceGraph::kNoNode) {
-        way.push_back(clampTo(graph_.box(state.parent), state.entry));
-      }
-    }
-    std::reverse(way.begin(), way.end());
-    return way;
-  }
-
- private:
-  /// The best way to a node so far.
-  struct State {
-    double cost = std::numeric_limits<double>::infinity();
-    PlaceNode parent = PlaceGraph::kNoNode;
-    Cell entry;
-  };
-  struct Item {
-    double estimate;
-    double cost;
-    PlaceNode node;
-    bool operator<(const Item& other) const { return estimate > other.estimate; }
-  };
-
-  void reach(PlaceNode node, const Cell& entry, double cost, PlaceNode parent) {
-    if (states_.size() < graph_.numNodes()) states_.resize(graph_.numNodes());
-    State& state = states_[node];
-    if (cost >= state.cost) return;
-    state = {cost, parent, entry};
-    open_.push({cost + distance(entry, clampTo(goal_, entry)), cost, node});
-  }
-
-  void expand(PlaceNode node) {
-    graph_.findNeighbors(node, neighbors_);
-    const State from = states_[node];
-    for (const PlaceGraph::Neighbor& neighbor : neighbors_) {
-      const Cell entry = clampTo(neighbor.places, from.entry);
-      reach(neighbor.node, entry, from.cost + distance(from.entry, entry), node);
-    }
-  }
-
-  PlaceGraph& graph_;
-  CellBox start_;
-  CellBox goal_;
-  std::vector<State> states_;  ///< By node.
-  std::priority_queue<Item> open_;
-  std::vector<PlaceGraph::Neighbor> neighbors_;
-  PlaceNode last_ = PlaceGraph::kNoNode;
+/// A robot: a box that does not turn.
+struct RobotBox {
+  Eigen::Vector3d size_m;  ///< Edges, inflation included.
+  Cell size;               ///< Edges in voxels, rounded up.
 };
 
-/// Start and goal of a task, in voxels.
-struct CorridorVoxels {
-  Cell size;
-  CellBox start;  ///< Voxels that the robot covers at the start.
-  CellBox goal;   ///< Voxels that it covers at the goal.
+/// The robot at an end of its way.
+struct RobotEnd {
+  Eigen::Vector3d center_map;
+  CellBox box;  ///< Voxels that it covers.
 };
 
-std::optional<CorridorVoxels> toVoxels(const Grid& grid, const CorridorTask& task) {
-  const bool is_valid = std::isfinite(task.clearance_m) && task.clearance_m >= 0.0 &&
-                        std::isfinite(task.inflation_m) && task.inflation_m >= 0.0;
+std::optional<RobotBox> toRobot(const Grid& grid, const CorridorTask& task) {
+  const auto is_least = [](double value) { return value >= 0.0; };  // False for NaN.
+  const bool is_valid = std::isfinite(task.clearance_m) && is_least(task.clearance_m) &&
+                        std::isfinite(task.inflation_m) && is_least(task.inflation_m) &&
+                        is_least(task.start_tolerance_m) && is_least(task.goal_tolerance_m);
   const Eigen::Vector3d size_m = task.size_m.array() + 2.0 * task.inflation_m;
   const auto size = grid.toSizeInCells(size_m);
   if (!is_valid || !size || task.size_m.minCoeff() <= 0.0) return std::nullopt;
-  auto start = grid.toCellBox(boxAround(task.start_map, size_m));
-  auto goal = grid.toCellBox(boxAround(task.goal_map, size_m));
-  if (!start || !goal) return std::nullopt;
-  for (int axis = 0; axis < 3; ++axis) {  // Rounding may have made the box thinner.
-    start->max[axis] = std::max(start->max[axis], start->min[axis] + (*size)[axis]);
-    goal->max[axis] = std::max(goal->max[axis], goal->min[axis] + (*size)[axis]);
-  }
-  return CorridorVoxels{*size, *start, *goal};
+  return RobotBox{size_m, *size};
 }
 
-Answer<Corridor> notFound(Blocked where, std::size_t num_visited) {
-  Corridor none;
-  none.blocked = where;
-  none.num_visited = num_visited;
-  return {AnswerStatus::kNotFound, none};
+std::optional<RobotEnd> toEnd(const Grid& grid, const RobotBox& robot,
+                              const Eigen::Vector3d& center_map) {
+  auto box = grid.toCellBox(boxAround(center_map, robot.size_m));
+  if (!box) return std::nullopt;
+  for (int axis = 0; axis < 3; ++axis) {  // Rounding may have made the box thinner.
+    box->max[axis] = std::max(box->max[axis], box->min[axis] + robot.size[axis]);
+  }
+  return RobotEnd{center_map, *box};
 }
 
 /// One search.
-Answer<Corridor> searchOnce(const CuboidMap& map, const CorridorTask& task,
-                            const CorridorVoxels& ends, const Obstacles& obstacles) {
-  Budget& budget = obstacles.budget();
-  const CellBox region = task.region.value_or(
-      regionAround(map, unite(ends.start, ends.goal), ends.size + Cell{1, 1, 1}));
-  const auto is_blocked = [&](const CellBox& box) {
-    return !region.contains(box) || obstacles.isAny(box);
-  };
-  const bool is_start_blocked = is_blocked(ends.start);
-  const bool is_goal_blocked = !is_start_blocked && is_blocked(ends.goal);
-  if (budget.isSpent()) return AnswerStatus::kBudgetSpent;
-  if (is_start_blocked) return notFound(Blocked::kStart, 0);
-  if (is_goal_blocked) return notFound(Blocked::kGoal, 0);
+class CorridorSearch {
+ public:
+  CorridorSearch(const CuboidMap& map, const CorridorTask& task, const RobotBox& robot,
+                 const RobotEnd& start, const RobotEnd& goal, const Obstacles& obstacles,
+                 const CellBox& region)
+      : map_(map),
+        task_(task),
+        robot_(robot),
+        start_(start),
+        goal_(goal),
+        obstacles_(obstacles),
+        region_(region),
+        field_(obstacles, robot.size),
+        graph_(field_, field_.placesIn(region)) {}
 
-  FitField field(obstacles, ends.size);
-  PlaceGraph graph(field, field.placesIn(region));
-  PlaceSearch search(graph, field.placesIn(ends.start), field.placesIn(ends.goal));
-  const AnswerStatus status = search.run(budget);
-  if (status == AnswerStatus::kNotFound) return notFound(Blocked::kBetween, graph.numNodes());
-  Corridor corridor;
-  corridor.num_visited = graph.numNodes();
-  if (status != AnswerStatus::kFound) return {status, std::move(corridor)};
-  const CorridorBoxes boxes(obstacles, field, region);
-  corridor.boxes = boxes.compute(ends.start, search.toWay(), ends.goal);
-  const CorridorPortals portals =
-      findPortals(map.grid(), corridor.boxes, ends.size, task.clearance_m);
-  corridor.portals_map = portals.centers_map;
-  corridor.path_map = pullTight(portals, task.start_map, task.goal_map, budget);
-  corridor.length_m = lengthOf(corridor.path_map);
-  return corridor;
-}
+  Answer<Corridor> run() {
+    const bool is_start_blocked = isBlocked(start_);
+    if (is_start_blocked && !(task_.start_tolerance_m > 0.0)) return notFound(Blocked::kStart);
+    if (isBlocked(goal_) && !moveGoal()) return notFound(Blocked::kGoal);
+    PlaceSearch search(graph_, field_.placesIn(goal_.box));
+    AnswerStatus status =
+        is_start_blocked ? leaveStart(search) : search.run(field_.placesIn(start_.box), budget());
+    if (is_start_blocked && exits_.empty()) return notFound(Blocked::kStart);
+    if (status == AnswerStatus::kNotFound && endNear(search)) status = AnswerStatus::kFound;
+    if (status == AnswerStatus::kNotFound) return notFound(Blocked::kBetween);
+    corridor_.num_visited = graph_.numNodes();
+    if (status == AnswerStatus::kFound) makeCorridor(search.toWay());
+    return {status, std::move(corridor_)};
+  }
+
+ private:
+  [[nodiscard]] Budget& budget() const { return obstacles_.budget(); }
+  [[nodiscard]] Eigen::Vector3d toUnits(const Eigen::Vector3d& metres) const {
+    return map_.grid().toCellUnits(metres);
+  }
+  [[nodiscard]] NearPlaces placesAround(const Eigen::Vector3d& center_map) {
+    return {field_, toUnits(center_map), toUnits(robot_.size_m), field_.placesIn(region_)};
+  }
+  [[nodiscard]] RobotEnd endAt(const NearPlace& place) const {
+    return *toEnd(map_.grid(), robot_, map_.grid().toMetres(place.center));
+  }
+
+  Answer<Corridor> notFound(Blocked where) {
+    if (budget().isSpent()) return AnswerStatus::kBudgetSpent;
+    corridor_.blocked = where;
+    corridor_.num_visited = graph_.numNodes();
+    return {AnswerStatus::kNotFound, std::move(corridor_)};
+  }
+
+  /// Whether the robot cannot be at an end; notes the voxel that it touches.
+  bool isBlocked(const RobotEnd& end) {
+    if (region_.contains(end.box) && !obstacles_.isAny(end.box)) return false;
+    std::optional<Cell> met;
+    bool is_occupied = false;
+    obstacles_.visit(end.box, [&](const Cell& voxel) {
+      if (is_occupied) return;
+      is_occupied = map_.voxels().at(voxel) == Occupancy::kOccupied;
+      if (is_occupied || !met) met = voxel;
+    });
+    if (!corridor_.met) corridor_.met = met;
+    return true;
+  }
+
+  /// Moves the goal to the nearest free place.
+  bool moveGoal() {
+    const auto place = placesAround(goal_.center_map)
+                           .findNearest(task_.goal_tolerance_m * map_.grid().inverseResolution());
+    if (place) goal_ = endAt(*place);
+    return place.has_value();
+  }
+
+  /// Ends the way at the reached place nearest to the goal of the task.
+  bool endNear(PlaceSearch& search) {
+    if (!(task_.goal_tolerance_m > 0.0)) return false;
+    const auto place = search.endNear(placesAround(task_.goal_map),
+                                      task_.goal_tolerance_m * map_.grid().inverseResolution());
+    if (place) goal_ = endAt(*place);
+    return place.has_value();
+  }
+
+  /// How far the robot must shrink on all sides to touch nothing occupied at the start, metres.
+  [[nodiscard]] double findDepth() const {
+    const Eigen::Vector3d half = 0.5 * toUnits(robot_.size_m);
+    const Eigen::Vector3d center = toUnits(start_.center_map);
+    double depth = 0.0;
+    Obstacles(map_, UnknownPolicy::kFree, budget()).visit(start_.box, [&](const Cell& voxel) {
+      const Eigen::Vector3d beyond = center + half - toVector(voxel);
+      const Eigen::Vector3d before = toVector(voxel) + Eigen::Vector3d::Ones() - (center - half);
+      depth = std::max(depth, beyond.cwiseMin(before).minCoeff());
+    });
+    return depth * map_.grid().resolution();
+  }
+
+  /// Searches from the nearest place that the robot can leave the start for, then from the next ones.
+  AnswerStatus leaveStart(PlaceSearch& search) {
+    constexpr double kFirstRadius = 4.0;  // Voxels.
+    const RobotEnd start = start_;
+    const Eigen::Vector3d core_m = robot_.size_m.array() - 2.0 * findDepth();
+    if (core_m.minCoeff() <= 0.0) return AnswerStatus::kNotFound;
+    NearPlaces around = placesAround(start.center_map);
+    const double last_radius = task_.start_tolerance_m * map_.grid().inverseResolution();
+    double tried_squared = -1.0;
+    for (double radius = kFirstRadius; !budget().isSpent(); radius *= 2.0) {
+      radius = std::min(radius, last_radius);
+      for (const NearPlace& place : around.findAll(radius)) {
+        if (place.squared <= tried_squared) continue;
+        start_ = endAt(place);
+        const std::vector<Eigen::Vector3d> way_out{start.center_map, start_.center_map};
+        if (!isPathFree(map_, way_out, core_m, UnknownPolicy::kFree, budget())) continue;
+        exits_.push_back(start_);
+        const AnswerStatus status = search.run(field_.placesIn(start_.box), budget());
+        if (status != AnswerStatus::kNotFound) return status;
+      }
+      if (radius >= last_radius) return AnswerStatus::kNotFound;
+      tried_squared = radius * radius;
+    }
+    return AnswerStatus::kBudgetSpent;
+  }
+
+  void makeCorridor(const std::vector<Cell>& way) {
+    for (const RobotEnd& exit : exits_) {
+      if (!field_.placesIn(exit.box).contains(way.front())) continue;
+      start_ = exit;
+      break;
+    }
+    const CorridorBoxes boxes(obstacles_, field_, region_);
+    corridor_.boxes = boxes.compute(start_.box, way, goal_.box);
+    const CorridorPortals portals =
+        findPortals(map_.grid(), corridor_.boxes, robot_.size, task_.clearance_m);
+    corridor_.portals_map = portals.centers_map;
+    corridor_.path_map = pullTight(portals, start_.center_map, goal_.center_map, budget());
+    if (!exits_.empty()) {
+      corridor_.path_map.insert(corridor_.path_map.begin(), task_.start_map);
+    }
+    corridor_.length_m = lengthOf(corridor_.path_map);
+    corridor_.start_distance_m = (start_.center_map - task_.start_map).norm();
+    corridor_.goal_distance_m = (goal_.center_map - task_.goal_map).norm();
+  }
+
+  const CuboidMap& map_;
+  const CorridorTask& task_;
+  const RobotBox& robot_;
+  RobotEnd start_;
+  RobotEnd goal_;
+  const Obstacles& obstacles_;
+  CellBox region_;
+  FitField field_;
+  PlaceGraph graph_;
+  std::vector<RobotEnd> exits_;  ///< Places that the robot can leave a blocked start for.
+  Corridor corridor_;
+};
 
 }  // namespace
 
 Answer<Corridor> findCorridor(const CuboidMap& map, const CorridorTask& task, UnknownPolicy policy,
                               Budget& budget) {
-  const auto ends = toVoxels(map.grid(), task);
-  if (!ends) {
+  const auto robot = toRobot(map.grid(), task);
+  const auto start = robot ? toEnd(map.grid(), *robot, task.start_map) : std::nullopt;
+  const auto goal = robot ? toEnd(map.grid(), *robot, task.goal_map) : std::nullopt;
+  if (!start || !goal) {
     return Answer<Corridor>::invalid(
         "start, goal and size must be finite and within the range of the grid, with edges > 0, "
-        "inflation >= 0 and clearance >= 0");
+        "and inflation, clearance and tolerances >= 0");
   }
   const Obstacles obstacles(map, policy, budget);
-  return searchUntilItHolds(
-      map, budget, [&] { return searchOnce(map, task, *ends, obstacles); },
-      [&](const Corridor& corridor) {
-        const Obstacles now(map, policy, Budget::unlimited());
-        return std::none_of(corridor.boxes.begin(), corridor.boxes.end(),
-                            [&](const CellBox& box) { return now.isAny(box); });
-      });
+  const auto search = [&] {
+    const CellBox region = task.region.value_or(
+        regionAround(map, unite(start->box, goal->box), robot->size + Cell{1, 1, 1}, policy));
+    return CorridorSearch(map, task, *robot, *start, *goal, obstacles, region).run();
+  };
+  return searchUntilItHolds(map, budget, search, [&](const Corridor& corridor) {
+    const Obstacles now(map, policy, Budget::unlimited());
+    return std::none_of(corridor.boxes.begin(), corridor.boxes.end(),
+                        [&](const CellBox& box) { return now.isAny(box); });
+  });
 }
 
 }  // namespace cuboid_mapping

@@ -148,19 +148,22 @@ Answer<std::vector<Frontier>> findFrontiers(const CuboidMap& map, const Frontier
   FrontierTable marked = markFrontiers(map, task.region, budget);
   std::vector<Frontier> frontiers;
   if (!budget.isSpent()) frontiers = takeClusters(std::move(marked), task.min_voxels);
-  for (std::size_t i = 0; i < frontiers.size(); ++i) {
-    if (!budget.addEntries()) {
-      frontiers.resize(i);
-      break;
-    }
-    Frontier& frontier = frontiers[i];
+  const auto num_skipped = static_cast<std::ptrdiff_t>(std::min(task.first, frontiers.size()));
+  frontiers.erase(frontiers.begin(), frontiers.begin() + num_skipped);
+  std::size_t num_complete = 0;
+  for (Frontier& frontier : frontiers) {
+    if (!budget.addEntries()) break;
     frontier.center_map = findCenter(map.grid(), frontier.voxels);
     const auto place = findNearestFit(map, frontier.center_map, task.size_m,
                                       UnknownPolicy::kObstacle, task.max_distance_m, budget);
-    if (!place.isFound()) continue;
-    frontier.place_map = place->center_map;
-    frontier.unknown_volume_m3 = seeUnknown(map, *frontier.place_map, task.view_range_m, budget);
+    if (place.isFound()) {
+      frontier.place_map = place->center_map;
+      frontier.unknown_volume_m3 = seeUnknown(map, *frontier.place_map, task.view_range_m, budget);
+    }
+    if (budget.isSpent()) break;
+    ++num_complete;
   }
+  frontiers.resize(num_complete);
   return answerWithAll(std::move(frontiers), !budget.isSpent());
 }
 

@@ -9,6 +9,10 @@ namespace {
 
 /// Cost of a node, for its memory.
 constexpr std::uint64_t kPoseNode = 16;
+/// Cost of a metre of the way out of obstacles at the start.
+constexpr double kLeavingCost = 10.0;
+/// Additional cost of a metre without any clearance.
+constexpr double kNarrowCost = 2.0;
 
 Cell keyOf(const LatticePose& at) {
   return {at.place.x, at.place.y, at.place.z * PoseLattice::kNumHeadings + at.heading};
@@ -44,11 +48,17 @@ Body turningSpace(const Body& body) {
 }
 
 PoseSearch::PoseSearch(const CuboidMap& map, const PosePathTask& task, UnknownPolicy policy,
-                       const CellBox& region, BodyProbe& body)
+                       const CellBox& region, PoseClearance& clearance)
     : task_(task),
-      body_(body),
+      known_(policy == UnknownPolicy::kFree ? region
+                                            : intersect(region, map.bounds().value_or(CellBox()))),
+      clearance_(clearance),
+      body_(clearance.body()),
       space_body_(turningSpace(task.body)),
-      space_(map, space_body_, policy, body.budget(), region),
+      space_(map, space_body_, policy, body_.budget(), region),
+      wide_space_(map, space_body_, policy, body_.budget(), region,
+                  {task.clearance_m, task.clearance_m, 0.0}),
+      goal_map_(task.goal_map),
       lattice_(map.grid(), task.start_map.translation().z(), task.may_climb),
       turn_cost_m_(0.5 * space_body_.boxes[0].size_m.x()),
       nodes_(2, Node{{}, std::numeric_limits<double>::infinity()}),
@@ -74,8 +84,8 @@ AnswerStatus PoseSearch::run() {
 }
 
 std::vector<Eigen::Isometry3d> PoseSearch::toWay() const {
-  std::vector<Eigen::Isometry3d> way{task_.goal_map};
-  for (Number node = kGoal; node != kStart; node = nodes_[node].parent) {
+  std::vector<Eigen::Isometry3d> way{pose(last_)};
+  for (Number node = last_; node != kStart; node = nodes_[node].parent) {
     way.push_back(pose(nodes_[node].parent));
   }
   std::reverse(way.begin(), way.end());
@@ -93,7 +103,7 @@ PoseSearch::Number PoseSearch::numberOf(const LatticePose& at) {
 
 Eigen::Isometry3d PoseSearch::pose(Number number) const {
   if (number == kStart) return task_.start_map;
-  return number == kGoal ? task_.goal_map : lattice_.pose(nodes_[number].at);
+  return number == kGoal ? goal_map_ : lattice_.pose(nodes_[number].at);
 }
 
 double PoseSearch::cost(const Eigen::Isometry3d& from, const Eigen::Isometry3d& to) const {
@@ -102,9 +112,9 @@ double PoseSearch::cost(const Eigen::Isometry3d& from, const Eigen::Isometry3d& 
 }
 
 double PoseSearch::estimate(const Eigen::Isometry3d& from) const {
-  const Eigen::Vector3d away = task_.goal_map.translation() - from.translation();
+  const Eigen::Vector3d away = goal_map_.translation() - from.translation();
   return diagonalDistance(away.head<2>()) + std::abs(away.z()) +
-         turn_cost_m_ * angleBetween(headingOf(from), headingOf(task_.goal_map));
+         turn_cost_m_ * angleBetween(headingOf(from), headingOf(goal_map_));
 }
 
 void PoseSearch::reach(Number number, Number from, double step_cost) {
@@ -117,7 +127,10 @@ void PoseSearch::reach(Number number, Number from, double step_cost) {
 
 void PoseSearch::expand(Number number) {
   const Eigen::Isometry3d from = pose(number);
-  const auto step_to = [&](Number to) { reach(to, number, cost(from, pose(to))); };
+  const auto step_to = [&](Number to) {
+    reach(to, number, cost(from, pose(to)) * costPerMetre(to));
+  };
+  if (number == kStart && core_ != nullptr) return reachExits();
   if (number == kStart) {
     for (const LatticePose& at : lattice_.findAround(from)) step_to(numberOf(at));
     step_to(kGoal);
@@ -139,7 +152,120 @@ bool PoseSearch::isStepFree(Number from, Number to) {
   if (node.fit == Fit::kNotKnown) {
     node.fit = body_.findContact(T_map_body) ? Fit::kBlocked : Fit::kFits;
   }
-  return node.fit == Fit::kFits && isFree(body_, BodyMotion(pose(from), T_map_body));
+  BodyProbe& moved = from == kStart && core_ != nullptr ? *core_ : body_;
+  return node.fit == Fit::kFits && isFree(moved, BodyMotion(pose(from), T_map_body));
+}
+
+/// 1 with all of the clearance, more with less of it.
+double PoseSearch::costPerMetre(Number number) {
+  if (clearance_.last() == 0 || number == kGoal) return 1.0;
+  Node& node = nodes_[number];
+  if (node.level < 0) {
+    const int level = isWide(node.at.place) ? clearance_.last() : clearance_.levelAt(pose(number));
+    node.level = static_cast<signed char>(level);
+  }
+  return 1.0 + kNarrowCost * (clearance_.last() - node.level) / clearance_.last();
+}
+
+bool PoseSearch::isWide(const Cell& place) {
+  const auto [found, is_new] = wide_places_.emplace(place, false);
+  if (!is_new) return found->second;
+  found->second =
+      !wide_space_.findContact(Eigen::Isometry3d(Eigen::Translation3d(lattice_.position(place))));
+  return found->second;
+}
+
+/// Distance of a point from the farthest corner of the voxels that can be free, metres.
+double PoseSearch::farthest(const Eigen::Vector3d& center) const {
+  const MetricBox region = body_.grid().toMetricBox(known_);
+  return (center - region.min_m).cwiseAbs().cwiseMax((center - region.max_m).cwiseAbs()).norm();
+}
+
+/// The places of the lattice within a radius, in no particular order.
+void PoseSearch::findPlacesAround(const Eigen::Vector3d& center, double radius_m,
+                                  std::vector<Cell>& places) const {
+  places.clear();
+  const double edge_m = body_.grid().resolution();
+  const auto reach = static_cast<std::int32_t>(std::ceil(radius_m / edge_m));
+  const Cell middle =
+      lattice_.findAround(Eigen::Isometry3d(Eigen::Translation3d(center))).front().place;
+  const std::int32_t rise = task_.may_climb ? reach : 0;
+  CellBox around{middle - Cell{reach, reach, rise}, middle + Cell{reach + 2, reach + 2, rise + 1}};
+  for (const int axis : {0, 1}) {  // z counts planes.
+    around.min[axis] = std::max(around.min[axis], known_.min[axis]);
+    around.max[axis] = std::min(around.max[axis], known_.max[axis]);
+  }
+  for (Cell at = around.min; at.z < around.max.z; ++at.z) {
+    for (at.y = around.min.y; at.y < around.max.y; ++at.y) {
+      for (at.x = around.min.x; at.x < around.max.x; ++at.x) {
+        if (!body_.budget().spend()) return;
+        if ((lattice_.position(at) - center).norm() <= radius_m) places.push_back(at);
+      }
+    }
+  }
+}
+
+/// The poses that the body may leave a blocked start for.
+void PoseSearch::reachExits() {
+  const Eigen::Vector3d center = task_.start_map.translation();
+  std::vector<Cell> places;
+  findPlacesAround(center, std::min(task_.start_tolerance_m, farthest(center)), places);
+  for (const Cell& place : places) {
+    for (int heading = 0; heading < PoseLattice::kNumHeadings; ++heading) {
+      const Number exit = numberOf({place, heading});
+      const double length_m = cost(task_.start_map, pose(exit));
+      if (length_m <= task_.start_tolerance_m) reach(exit, kStart, kLeavingCost * length_m);
+    }
+  }
+}
+
+bool PoseSearch::moveGoal() {
+  const Eigen::Vector3d wanted = task_.goal_map.translation();
+  const double edge_m = body_.grid().resolution();
+  const double last_m = std::min(task_.goal_tolerance_m, farthest(wanted));
+  std::vector<Cell> places;
+  double tried_m = -1.0;
+  for (double radius_m = 4.0 * edge_m; !body_.budget().isSpent(); radius_m *= 2.0) {
+    radius_m = std::min(radius_m, last_m);
+    findPlacesAround(wanted, radius_m, places);
+    const auto distance = [&](const Cell& place) {
+      return (lattice_.position(place) - wanted).norm();
+    };
+    std::stable_sort(places.begin(), places.end(),
+                     [&](const Cell& a, const Cell& b) { return distance(a) < distance(b); });
+    for (const Cell& place : places) {
+      if (distance(place) <= tried_m) continue;
+      Eigen::Isometry3d pose = task_.goal_map;
+      pose.translation() = lattice_.position(place);
+      if (body_.findContact(pose)) continue;
+      goal_map_ = pose;
+      before_goal_ = lattice_.findAround(pose);
+      return !body_.budget().isSpent();
+    }
+    if (radius_m >= last_m) return false;
+    tried_m = radius_m;
+  }
+  return false;
+}
+
+bool PoseSearch::hasLeft() const {
+  return std::any_of(nodes_.begin() + kGoal + 1, nodes_.end(),
+                     [](const Node& node) { return node.is_closed; });
+}
+
+bool PoseSearch::endNear() {
+  double least = std::numeric_limits<double>::infinity();
+  for (Number number = kGoal + 1; number < nodes_.size(); ++number) {
+    if (!nodes_[number].is_closed) continue;
+    const Eigen::Isometry3d at = pose(number);
+    const double each = cost(task_.goal_map, at);
+    const bool is_near =
+        (at.translation() - task_.goal_map.translation()).norm() <= task_.goal_tolerance_m;
+    if (!is_near || each >= least) continue;
+    least = each;
+    last_ = number;
+  }
+  return last_ != kGoal;
 }
 
 /// Whether a step is free without a check of its motion.

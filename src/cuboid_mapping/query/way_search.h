@@ -4,13 +4,21 @@
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/query/answer.h"
 #include "cuboid_mapping/query/budget.h"
+#include "cuboid_mapping/query/unknown_policy.h"
 
 namespace cuboid_mapping {
 
-/// Voxels of a search without a region: the bounds of the map and of its ends, with room to go around them.
-[[nodiscard]] inline CellBox regionAround(const CuboidMap& map, CellBox ends, const Cell& room) {
-  if (const auto& bounds = map.bounds()) ends = unite(ends, *bounds);
-  return intersect({ends.min - room, ends.max + room}, kAllCells);
+/// Voxels of a search without a region: the bounds of the map and of its ends, with room to go around them. If unknown
+/// space is free, the ends alone bound the heights: maps end above walls that a robot on the ground does not cross.
+[[nodiscard]] inline CellBox regionAround(const CuboidMap& map, const CellBox& ends,
+                                          const Cell& room, UnknownPolicy policy) {
+  CellBox all = ends;
+  if (const auto& bounds = map.bounds()) all = unite(all, *bounds);
+  if (policy == UnknownPolicy::kFree) {
+    all.min.z = ends.min.z;
+    all.max.z = ends.max.z;
+  }
+  return intersect({all.min - room, all.max + room}, kAllCells);
 }
 
 /// Searches until what was found holds in the map as it is in the end: others may change the map during a search

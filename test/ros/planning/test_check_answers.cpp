@@ -211,5 +211,27 @@ TEST_F(CheckAnswers, RefuseWhatIsNoRay) {
   expectRefusal(answer<CastRays>(in_frame_, request), "one of each for every ray");
 }
 
+TEST_F(CheckAnswers, HaveAnElementForEachEntryAlsoWhenRefused) {
+  auto boxes = makeBoxes();
+  boxes.inflation = -1.0;
+  const auto no_boxes = answer<CheckBoxes>(in_frame_, boxes);
+  expectRefusal(no_boxes, "inflation");
+  EXPECT_EQ(no_boxes.blocked, (std::vector<std::uint8_t>{1, 1, 1}));
+  EXPECT_EQ(no_boxes.max_probability.size(), 3U);
+  auto path = makePath();
+  path.lengths = {2, 1};
+  path.header.frame_id = "nowhere";
+  const auto no_path = answer<CheckPath>(in_frame_, path);
+  expectRefusal(no_path, "nowhere");
+  EXPECT_EQ(no_path.free, (std::vector<std::uint8_t>{0, 0}));
+  EXPECT_EQ(no_path.point.size(), 2U);
+  auto ray = makeRay();
+  ray.max_range = NAN;
+  const auto no_ray = answer<CastRays>(in_frame_, ray);
+  expectRefusal(no_ray, "max_range");
+  EXPECT_EQ(no_ray.end, (std::vector<std::uint8_t>{CastRays::Request::END_UNKNOWN}));
+  EXPECT_EQ(no_ray.point.size(), 1U);
+}
+
 }  // namespace
 }  // namespace cuboid_mapping_ros

@@ -283,5 +283,43 @@ TEST_F(SearchAnswers, SayWhyThereIsNoCorridor) {
   expectRefusal(answer<FindCorridor>(in_frame_, request), "time_limit");
 }
 
+TEST_F(SearchAnswers, LeadOutOfAnObstacleAndNearAGoal) {
+  auto request = makeTask();
+  request.start = point(0.9, 0.15, 0.5);
+  auto response = answer<FindCorridor>(in_frame_, request);
+  EXPECT_EQ(response.result, FindCorridor::Response::START_BLOCKED);
+  EXPECT_EQ(response.occupancy, FindCorridor::Response::OCCUPIED);
+  EXPECT_NEAR(response.point.x, 1.05, 1e-9);
+  EXPECT_NE(response.info.message.find("start_tolerance"), std::string::npos);
+  request.start_tolerance = 0.1;
+  response = answer<FindCorridor>(in_frame_, request);
+  expectHead(response);
+  EXPECT_EQ(response.result, FindCorridor::Response::FOUND);
+  EXPECT_NEAR(response.start_distance, 0.05, 1e-6);
+  EXPECT_NE(response.info.message.find("leads out of it first, for 0.05 m"), std::string::npos)
+      << response.info.message;
+  ASSERT_GE(response.path.poses.size(), 3U);
+  expectNear(response.path.poses[1].pose.position, 0.85, 0.15, 0.5);
+  EXPECT_EQ(response.occupancy, FindCorridor::Response::OCCUPIED);
+
+  request = makeTask();
+  request.goal = point(5, 0.5, 0.5);
+  EXPECT_EQ(answer<FindCorridor>(in_frame_, request).result, FindCorridor::Response::GOAL_BLOCKED);
+  request.goal_tolerance = 10.0;
+  response = answer<FindCorridor>(in_frame_, request);
+  EXPECT_EQ(response.result, FindCorridor::Response::FOUND);
+  EXPECT_EQ(response.occupancy, FindCorridor::Response::UNKNOWN);
+  EXPECT_NEAR(response.goal_distance, 3.15, 1e-6);
+  expectNear(response.path.poses.back().pose.position, 1.85, 0.5, 0.5);
+  EXPECT_NE(response.info.message.find("3.15 m from the goal"), std::string::npos)
+      << response.info.message;
+  request.headings = {0.0, 0.0};
+  response = answer<FindCorridor>(in_frame_, request);
+  EXPECT_EQ(response.result, FindCorridor::Response::FOUND);
+  EXPECT_NEAR(response.goal_distance, 3.15, 0.11);
+  request.goal_tolerance = NAN;
+  expectRefusal(answer<FindCorridor>(in_frame_, request), "goal_tolerance");
+}
+
 }  // namespace
 }  // namespace cuboid_mapping_ros

@@ -119,7 +119,7 @@ TEST_F(ServiceLimitsTest, TellNearestCuboidsOfWholePointsOnly) {
   const auto cut = answer<FindNearest>(withEntries(5), request);
   expectCut(cut, " entries and ");
   EXPECT_EQ(cut.info.answered, 1U);
-  EXPECT_EQ(cut.counts, (std::vector<std::uint32_t>{3}));
+  EXPECT_EQ(cut.counts, (std::vector<std::uint32_t>{3, 0}));
   EXPECT_EQ(cut.distance.size(), 3U);
   request.k = 0xFFFFFFFFU;
   EXPECT_TRUE(answer<FindNearest>(withEntries(5), request).info.truncated);

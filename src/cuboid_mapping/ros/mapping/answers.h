@@ -28,6 +28,16 @@ void answer(ServiceCall& call, const CheckBoxes::Request& request, CheckBoxes::R
 void answer(ServiceCall& call, const GetCuboids::Request& request, GetCuboids::Response& response);
 ///@}
 
+/// Gives each entry of a request its element in the arrays of the answer. It reads as blocked or as nothing found, also in
+/// a refused answer. @param anchor  Makes these functions known to answer().
+///@{
+template <typename RequestT, typename ResponseT>
+void fillBlank(const MapInFrame& /*anchor*/, const RequestT& /*request*/, ResponseT& /*response*/) {
+}
+void fillBlank(const MapInFrame& anchor, const CheckBoxes::Request& request,
+               CheckBoxes::Response& response);
+///@}
+
 /// Limit of the entries of an answer; 0: none.
 [[nodiscard]] inline std::size_t toLimit(std::uint32_t limit) {
   return limit == 0 ? std::numeric_limits<std::size_t>::max() : limit;
@@ -50,12 +60,14 @@ template <typename ServiceT>
   const auto refuse = [](const std::string& why) {
     typename ServiceT::Response response;
     AnswerInfo info;
+    fillBlank(map, request, response);
     info.message = why;
     setInfo(info, response);
     return response;
   };
   try {
     typename ServiceT::Response response;
+    fillBlank(map, request, response);
     ServiceCall call(map, request.header);
     answer(call, request, response);
     setInfo(call.info(), response);

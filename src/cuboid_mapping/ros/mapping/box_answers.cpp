@@ -151,15 +151,20 @@ void answer(ServiceCall& call, const QueryBox::Request& request, QueryBox::Respo
   response.max = used.max;
 }
 
+void fillBlank(const MapInFrame& /*anchor*/, const CheckBoxes::Request& request,
+               CheckBoxes::Response& response) {
+  const std::size_t num_boxes = request.boxes.size();
+  response.blocked.assign(num_boxes, static_cast<std::uint8_t>(true));
+  response.occupancy.assign(num_boxes, CheckBoxes::Response::UNKNOWN);
+  response.free_volume.assign(num_boxes, 0.0);
+  response.occupied_volume.assign(num_boxes, 0.0);
+  response.unknown_volume.assign(num_boxes, 0.0);
+  response.max_probability.assign(num_boxes, std::numeric_limits<float>::quiet_NaN());
+}
+
 void answer(ServiceCall& call, const CheckBoxes::Request& request, CheckBoxes::Response& response) {
   const UnknownPolicy policy = ServiceCall::policy(request.unknown);
   const std::vector<CellBox> boxes = call.boxes(request.boxes, request.inflation, kBoxes);
-  response.blocked.assign(boxes.size(), static_cast<std::uint8_t>(true));
-  response.occupancy.assign(boxes.size(), CheckBoxes::Response::UNKNOWN);
-  response.free_volume.assign(boxes.size(), 0.0);
-  response.occupied_volume.assign(boxes.size(), 0.0);
-  response.unknown_volume.assign(boxes.size(), 0.0);
-  response.max_probability.assign(boxes.size(), std::numeric_limits<float>::quiet_NaN());
   call.readEach(kBoxes, boxes.size(), [&](const CuboidMap& map, std::size_t i, Budget& budget) {
     const BoxContent content = lookInto(map, boxes[i], budget);
     if (budget.isSpent()) return;

@@ -21,6 +21,7 @@ FrontierTask readTask(ServiceCall& call, const GetFrontiers::Request& request) {
   FrontierTask task;
   task.size_m = call.size(request.size, request.inflation);
   task.min_voxels = request.min_voxels;
+  task.first = request.first;
   task.max_distance_m = ServiceCall::notNegative(request.max_distance, "max_distance");
   task.view_range_m = ServiceCall::notNegative(request.view_range, "view_range");
   const double max_view_m = FrontierTask::kMaxViewRange * call.resolution();
@@ -38,6 +39,25 @@ constexpr Entries kPlacePoints{"points", 33};
 
 }  // namespace
 
+void fillBlank(const MapInFrame& /*anchor*/, const GetDistances::Request& request,
+               GetDistances::Response& response) {
+  response.distance.assign(request.points.size(), 0.0);
+  response.gradient.resize(request.points.size());
+}
+
+void fillBlank(const MapInFrame& /*anchor*/, const FindNearest::Request& request,
+               FindNearest::Response& response) {
+  response.counts.assign(request.points.size(), 0);
+}
+
+void fillBlank(const MapInFrame& /*anchor*/, const FindNearestFree::Request& request,
+               FindNearestFree::Response& response) {
+  const std::size_t num_points = request.points.size();
+  response.found.assign(num_points, static_cast<std::uint8_t>(false));
+  response.place.resize(num_points);
+  response.distance.assign(num_points, std::numeric_limits<double>::infinity());
+}
+
 void answer(ServiceCall& call, const GetDistances::Request& request,
             GetDistances::Response& response) {
   const auto policy = ServiceCall::policy(request.unknown);
@@ -47,8 +67,6 @@ void answer(ServiceCall& call, const GetDistances::Request& request,
   for (const Eigen::Vector3d& point : points) {
     call.requireCells(boxAround(point, around_m));
   }
-  response.distance.assign(points.size(), 0.0);
-  response.gradient.resize(points.size());
   call.readEach(kDistancePoints, points.size(),
                 [&](const CuboidMap& map, std::size_t i, Budget& budget) {
                   const auto found = findObstacleDistance(map, points[i], max_m, policy, budget);
@@ -65,17 +83,22 @@ void answer(ServiceCall& call, const GetFrontiers::Request& request,
     const auto found = findFrontiers(map, task, budget);
     if (!found.fault.empty()) throw Refusal(found.fault);
     for (const Frontier& frontier : found.value) {
+      if (request.with_voxels != 0 && !budget.addEntries(frontier.voxels.size())) break;
       response.center.push_back(toPoint(frontier.center_map));
       response.found.push_back(static_cast<std::uint8_t>(frontier.place_map.has_value()));
       response.place.push_back(toPoint(frontier.place_map.value_or(frontier.center_map)));
       response.unknown_volume.push_back(frontier.unknown_volume_m3);
       response.counts.push_back(static_cast<std::uint32_t>(frontier.voxels.size()));
-      if (request.with_voxels == 0 || !budget.addEntries(frontier.voxels.size())) continue;
+      if (request.with_voxels == 0) continue;
       for (const Cell& cell : frontier.voxels) {
         response.voxels.push_back(toPoint(map.grid().centerOf(CellBox::ofCell(cell))));
       }
     }
-    call.noteEnd(budget, "ask for a smaller region, or for larger clusters");
+    const auto num_answered = static_cast<std::uint32_t>(response.center.size());
+    call.info().answered = request.first + num_answered;
+    call.noteEnd(budget, num_answered == 0
+                             ? "ask for a smaller region, or a shorter view_range"
+                             : "ask again with first: " + std::to_string(call.info().answered));
   });
 }
 
@@ -96,7 +119,7 @@ void answer(ServiceCall& call, const FindNearest::Request& request,
   const auto answer_point = [&](const CuboidMap& map, std::size_t i, Budget& budget) {
     const auto nearest = findNearest(map, points[i], request.k, filter, budget, max_m).value;
     if (budget.isSpent()) return;
-    response.counts.push_back(static_cast<std::uint32_t>(nearest.size()));
+    response.counts[i] = static_cast<std::uint32_t>(nearest.size());
     for (const NearestCuboid& near : nearest) {
       response.distance.push_back(std::max(0.0, near.distance_m - inflation_m));
       response.closest.push_back(toPoint(near.closest_point_map));
@@ -113,12 +136,10 @@ void answer(ServiceCall& call, const FindNearestFree::Request& request,
   const Eigen::Vector3d size_m = call.size(request.size, request.inflation);
   const auto policy = ServiceCall::policy(request.unknown);
   const double max_m = ServiceCall::positive(request.max_distance, "max_distance");
-  for (const Eigen::Vector3d& point : points) {
-    call.requireCells(boxAround(point, size_m.array() + 2.0 * max_m));
-    response.place.push_back(toPoint(point));
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    call.requireCells(boxAround(points[i], size_m.array() + 2.0 * max_m));
+    response.place[i] = toPoint(points[i]);
   }
-  response.found.assign(points.size(), static_cast<std::uint8_t>(false));
-  response.distance.assign(points.size(), std::numeric_limits<double>::infinity());
   const auto answer_point = [&](const CuboidMap& map, std::size_t i, Budget& budget) {
     const auto place = findNearestFit(map, points[i], size_m, policy, max_m, budget);
     if (!place.isFound()) return;

@@ -66,15 +66,10 @@ template <typename CheckT>
 void answerPaths(ServiceCall& call, const PathTask& task, CheckPath::Response& response,
                  const CheckT& check) {
   const std::vector<Path>& paths = task.paths;
-  for (const Path& path : paths) {
-    requireWay(call, path, task.around_m);
-    response.point.push_back(toPoint(path.front()));
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    requireWay(call, paths[i], task.around_m);
+    response.point[i] = toPoint(paths[i].front());
   }
-  response.free.assign(paths.size(), static_cast<std::uint8_t>(false));
-  response.segment.assign(paths.size(), 0);
-  response.occupancy.assign(paths.size(), CheckPath::Response::UNKNOWN);
-  response.free_length.assign(paths.size(), 0.0);
-  response.length.assign(paths.size(), 0.0);
   call.readEach(kPaths, paths.size(), [&](const CuboidMap& map, std::size_t i, Budget& budget) {
     const Answer<PathContact> contact = check(map, i, budget);
     if (budget.isSpent()) return;
@@ -130,8 +125,8 @@ void answerTurning(ServiceCall& call, const CheckPath::Request& request,
   const auto policy = ServiceCall::policy(request.unknown);
   const Body body = readTurningBox(call, request.size, request.inflation);
   const std::vector<PosesOfPath> poses = readAllPoses(call, request, paths, body);
-  for (const PosesOfPath& path : poses) {
-    response.orientation.push_back(tf2::toMsg(path.front()).orientation);
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    response.orientation[i] = tf2::toMsg(poses[i].front()).orientation;
   }
   const auto check = [&](const CuboidMap& map, std::size_t i, Budget& budget) {
     const auto motion = checkMotion(map, body, poses[i], policy, budget);
@@ -185,6 +180,27 @@ Body readBody(const ServiceCall& call, const CheckPoses::Request& request) {
 
 }  // namespace
 
+void fillBlank(const MapInFrame& /*anchor*/, const CheckPath::Request& request,
+               CheckPath::Response& response) {
+  const std::size_t num_paths = request.lengths.empty() ? 1 : request.lengths.size();
+  response.free.assign(num_paths, static_cast<std::uint8_t>(false));
+  response.segment.assign(num_paths, 0);
+  response.point.resize(num_paths);
+  response.occupancy.assign(num_paths, CheckPath::Response::UNKNOWN);
+  response.free_length.assign(num_paths, 0.0);
+  response.length.assign(num_paths, 0.0);
+  if (!request.headings.empty()) response.orientation.resize(num_paths);
+}
+
+void fillBlank(const MapInFrame& /*anchor*/, const CheckPoses::Request& request,
+               CheckPoses::Response& response) {
+  const std::size_t num_poses = request.poses.size();
+  response.free.assign(num_poses, static_cast<std::uint8_t>(false));
+  response.part.assign(num_poses, -1);
+  response.point.resize(num_poses);
+  response.occupancy.assign(num_poses, CheckPoses::Response::UNKNOWN);
+}
+
 void answer(ServiceCall& call, const CheckPath::Request& request, CheckPath::Response& response) {
   const std::vector<Path> paths = splitPaths(call, request);
   if (!request.headings.empty()) return answerTurning(call, request, paths, response);
@@ -206,11 +222,8 @@ void answer(ServiceCall& call, const CheckPoses::Request& request, CheckPoses::R
     poses.push_back(call.pose(pose, {"poses", poses.size()}));
     const Eigen::Vector3d center_map = poses.back().translation();
     call.requireCells(boxAround(center_map, around_m));
-    response.point.push_back(toPoint(center_map));
+    response.point[poses.size() - 1] = toPoint(center_map);
   }
-  response.free.assign(poses.size(), static_cast<std::uint8_t>(false));
-  response.part.assign(poses.size(), -1);
-  response.occupancy.assign(poses.size(), CheckPoses::Response::UNKNOWN);
   call.readEach(kPoses, poses.size(), [&](const CuboidMap& map, std::size_t i, Budget& budget) {
     const auto contact = checkPoses(map, body, {poses[i]}, policy, budget).front();
     if (budget.isSpent()) return;

@@ -19,6 +19,7 @@ ros::ServiceServer offerToPlanners(const ros::NodeHandle& nh, const char* name,
                                    const MapInFrame& map) {
   return offerService<ServiceT>(nh, name, [&map](const auto& request, auto& response) {
     if (isEmpty(map.map)) {
+      fillBlank(map, request, response);
       response.info =
           makeInfo(map.map, map.frame_id,
                    "the map is empty: no cloud has come since the node was started or the map "

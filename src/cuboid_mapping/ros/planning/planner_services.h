@@ -41,6 +41,22 @@ void answer(ServiceCall& call, const FindCorridor::Request& request,
             FindCorridor::Response& response);
 ///@}
 
+// See mapping/answers.h.
+///@{
+void fillBlank(const MapInFrame& anchor, const CheckPath::Request& request,
+               CheckPath::Response& response);
+void fillBlank(const MapInFrame& anchor, const CheckPoses::Request& request,
+               CheckPoses::Response& response);
+void fillBlank(const MapInFrame& anchor, const CastRays::Request& request,
+               CastRays::Response& response);
+void fillBlank(const MapInFrame& anchor, const FindNearest::Request& request,
+               FindNearest::Response& response);
+void fillBlank(const MapInFrame& anchor, const FindNearestFree::Request& request,
+               FindNearestFree::Response& response);
+void fillBlank(const MapInFrame& anchor, const GetDistances::Request& request,
+               GetDistances::Response& response);
+///@}
+
 /// ~check_path, ~check_poses, ~cast_rays, ~nearest, ~nearest_free, ~get_free_graph, ~get_distances, ~get_frontiers
 /// and ~find_corridor.
 class PlannerServices : public MapFeature {

@@ -2,7 +2,7 @@
 // Answers about rays and corridors.
 #include "cuboid_mapping/ros/planning/planner_services.h"
 
-#include "cuboid_mapping/query/box_query.h"
+#include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/query/corridor_query.h"
 #include "cuboid_mapping/query/path_query.h"
 #include "cuboid_mapping/query/pose_path.h"
@@ -16,6 +16,8 @@
 
 namespace cuboid_mapping_ros {
 namespace {
+
+using cuboid_mapping::toText;
 
 constexpr Entries kRays{"rays", 49};
 constexpr std::size_t kCorridorBytes = 200;
@@ -98,12 +100,19 @@ std::optional<CellBox> readRegion(ServiceCall& call, const FindCorridor::Request
   return region;
 }
 
+template <typename TaskT>
+void readRoom(const FindCorridor::Request& request, TaskT& task) {
+  task.clearance_m = ServiceCall::notNegative(request.clearance, "clearance");
+  task.start_tolerance_m = ServiceCall::notNegative(request.start_tolerance, "start_tolerance");
+  task.goal_tolerance_m = ServiceCall::notNegative(request.goal_tolerance, "goal_tolerance");
+}
+
 CorridorTask readTask(ServiceCall& call, const FindCorridor::Request& request) {
   CorridorTask task;
   task.start_map = call.point(request.start, {"start"});
   task.goal_map = call.point(request.goal, {"goal"});
   task.size_m = call.size(request.size, request.inflation);
-  task.clearance_m = ServiceCall::notNegative(request.clearance, "clearance");
+  readRoom(request, task);
   for (const Eigen::Vector3d& point : {task.start_map, task.goal_map}) {
     call.requireCells(boxAround(point, task.size_m));
   }
@@ -111,28 +120,24 @@ CorridorTask readTask(ServiceCall& call, const FindCorridor::Request& request) {
   return task;
 }
 
-/// Class of the voxel that blocks the robot; nothing: the robot leaves the region.
-using Blocker = std::optional<Occupancy>;
+static_assert(FindCorridor::Response::OCCUPIED == static_cast<int>(Occupancy::kOccupied));
+static_assert(FindCorridor::Response::FREE == static_cast<int>(Occupancy::kFree));
 
-std::string explainBlocked(const std::string& end, const Blocker& blocker, const char* advice) {
-  const std::string subject = "the robot's box at the " + end + ' ';
-  if (!blocker) return subject + "leaves the region: make the region larger";
-  if (*blocker == Occupancy::kOccupied) return subject + "touches an obstacle: " + advice;
-  return subject + "touches unknown space: " + advice + ", or treat unknown space as free";
+/// Says what the robot touches at an end of its way. @param met  Nothing: it leaves the region.
+std::string explainMet(const CuboidMap& map, const char* end, const std::optional<Cell>& met) {
+  const std::string subject = std::string("the robot's box at the ") + end;
+  if (!met) return subject + " leaves the region";
+  const bool is_occupied = map.voxels().at(*met) == Occupancy::kOccupied;
+  return subject + " touches " + (is_occupied ? "an obstacle" : "unknown space") + " at " +
+         toText(map.grid().centerOf(CellBox::ofCell(*met)));
 }
 
-Blocker findBlocker(const CuboidMap& map, const CorridorTask& task, UnknownPolicy /*policy*/,
-                    const Eigen::Vector3d& center_map) {
-  const auto cells = map.grid().toCellBox(boxAround(center_map, task.size_m));
-  if (!cells || (task.region && !task.region->contains(*cells))) return std::nullopt;
-  return isAnyOccupied(map, *cells) ? Occupancy::kOccupied : Occupancy::kUnknown;
-}
-
-Blocker findBlocker(const CuboidMap& map, const PosePathTask& task, UnknownPolicy policy,
-                    const Eigen::Isometry3d& pose) {
-  const auto contact = checkPoses(map, task.body, {pose}, policy, Budget::unlimited()).front();
-  if (!contact.isFound()) return std::nullopt;
-  return map.voxels().at(contact->voxel);
+std::string explainBlocked(const CuboidMap& map, const char* end, const std::optional<Cell>& met) {
+  const bool is_unknown = met && map.voxels().at(*met) == Occupancy::kUnknown;
+  return explainMet(map, end, met) + ": a larger " + end + "_tolerance " +
+         (end == std::string("start") ? "lets it leave" : "lets the path end nearby") +
+         (met ? "" : ", or make the region larger") +
+         (is_unknown ? ", or treat unknown space as free" : "");
 }
 
 template <typename WayT>
@@ -151,19 +156,50 @@ std::uint8_t resultOf(const Answer<WayT>& way) {
   }
 }
 
-/// @param task  With start_map and goal_map. @param advice  What to do about a place that is blocked.
+/// Says that a way does not go from start to goal as they were asked for; else empty.
+template <typename WayT>
+std::string explainEnds(const CuboidMap& map, const WayT& way) {
+  std::string text;
+  if (way.start_distance_m > 0.0) {
+    text = explainMet(map, "start", way.met) + ": the path leads out of it first, for " +
+           toText(way.start_distance_m) + " m";
+  }
+  if (way.goal_distance_m > 0.0) {
+    text += std::string(text.empty() ? "" : "; ") + "the path ends " + toText(way.goal_distance_m) +
+            " m from the goal, as near as the robot gets";
+  }
+  return text;
+}
+
 template <typename WayT, typename TaskT>
 std::string explainWay(const CuboidMap& map, const TaskT& task, UnknownPolicy policy,
-                       const Answer<WayT>& way, const char* advice) {
-  if (!way.isNotFound()) return way.fault;  // It was found, or see noteEnd().
+                       const Answer<WayT>& way) {
+  if (way.isFound()) return explainEnds(map, *way);
+  if (!way.isNotFound()) return way.fault;  // See noteEnd().
   switch (way.value.blocked) {
-    case Blocked::kStart:
-      return explainBlocked("start", findBlocker(map, task, policy, task.start_map), advice);
-    case Blocked::kGoal:
-      return explainBlocked("goal", findBlocker(map, task, policy, task.goal_map), advice);
+    case Blocked::kStart: return explainBlocked(map, "start", way.value.met);
+    case Blocked::kGoal: return explainBlocked(map, "goal", way.value.met);
     default:
-      return "there is no way: everything that the robot can reach from the start was searched";
+      return std::string(
+                 "there is no way: everything that the robot can reach from the start was "
+                 "searched") +
+             (policy == UnknownPolicy::kFree && !task.region
+                  ? ", at about the heights of start and goal; use_region allows others"
+                  : "");
   }
+}
+
+/// The fields that paths with and without headings have.
+template <typename WayT>
+void fillWay(const CuboidMap& map, const Answer<WayT>& way, FindCorridor::Response& response) {
+  response.result = resultOf(way);
+  response.length = way.value.length_m;
+  response.start_distance = way.value.start_distance_m;
+  response.goal_distance = way.value.goal_distance_m;
+  response.occupancy = FindCorridor::Response::FREE;
+  if (!way.value.met) return;
+  response.point = toPoint(map.grid().centerOf(CellBox::ofCell(*way.value.met)));
+  response.occupancy = static_cast<std::uint8_t>(map.voxels().at(*way.value.met));
 }
 
 /// Advice after a limit has ended a search.
@@ -200,6 +236,7 @@ PosePathTask readTurningTask(ServiceCall& call, const FindCorridor::Request& req
   task.start_map = readHeaded(call, request.start, {"start"}, request.headings[0]);
   task.goal_map = readHeaded(call, request.goal, {"goal"}, request.headings[1]);
   task.may_climb = request.climb != 0;
+  readRoom(request, task);
   const Eigen::Vector3d around_m = Eigen::Vector3d::Constant(2.0 * reachOf(task.body));
   for (const Eigen::Isometry3d& pose : {task.start_map, task.goal_map}) {
     call.requireCells(boxAround(pose.translation(), around_m));
@@ -217,18 +254,26 @@ void answerTurning(ServiceCall& call, const FindCorridor::Request& request, doub
   const auto search = [&](const CuboidMap& map, Budget& budget) {
     const auto path = findPosePath(map, task, policy, budget);
     call.info().revision = map.revision();
-    response.result = resultOf(path);
-    response.length = path.value.length_m;
+    fillWay(map, path, response);
     response.path.header = call.info().header;
     for (const Eigen::Isometry3d& pose : path.value.T_map_body) addPose(pose, response.path);
-    call.info().message =
-        explainWay(map, task, policy, path, "ask ~check_poses for another place or heading");
+    call.info().message = explainWay(map, task, policy, path);
     call.noteEnd(budget, path.isFound() ? "the path has more poses than it needs" : kGiveMore);
   };
   call.read(kPoseBytes, search, limit_s);
 }
 
 }  // namespace
+
+void fillBlank(const MapInFrame& /*anchor*/, const CastRays::Request& request,
+               CastRays::Response& response) {
+  const std::size_t num_rays = request.origins.size();
+  response.end.assign(num_rays, CastRays::Request::END_UNKNOWN);
+  response.distance.assign(num_rays, 0.0);
+  response.point.resize(num_rays);
+  response.first_unknown.assign(num_rays, 0.0);
+  response.unknown_length.assign(num_rays, 0.0);
+}
 
 void answer(ServiceCall& call, const CastRays::Request& request, CastRays::Response& response) {
   const RayTask task{ServiceCall::positive(request.max_range, "max_range"),
@@ -237,16 +282,12 @@ void answer(ServiceCall& call, const CastRays::Request& request, CastRays::Respo
   const std::vector<Ray> rays = readRays(call, request);
   const Eigen::Vector3d half_m =
       Eigen::Vector3d::Constant(0.5 * task.thickness_m + call.resolution());
-  for (const Ray& ray : rays) {
-    const Eigen::Vector3d end = ray.at(task.max_range_m);
-    call.requireCells(
-        {ray.origin_map.cwiseMin(end) - half_m, ray.origin_map.cwiseMax(end) + half_m});
-    response.point.push_back(toPoint(ray.origin_map));
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    const Eigen::Vector3d& origin = rays[i].origin_map;
+    const Eigen::Vector3d end = rays[i].at(task.max_range_m);
+    call.requireCells({origin.cwiseMin(end) - half_m, origin.cwiseMax(end) + half_m});
+    response.point[i] = toPoint(origin);
   }
-  response.end.assign(rays.size(), CastRays::Request::END_UNKNOWN);
-  response.distance.assign(rays.size(), 0.0);
-  response.first_unknown.assign(rays.size(), 0.0);
-  response.unknown_length.assign(rays.size(), 0.0);
   call.readEach(kRays, rays.size(), [&](const CuboidMap& map, std::size_t i, Budget& budget) {
     const auto result = cast(map, rays[i], task, budget);
     if (!result.isFound()) return;
@@ -270,16 +311,14 @@ void answer(ServiceCall& call, const FindCorridor::Request& request,
     const auto answer = findCorridor(map, task, policy, budget);
     const Corridor& corridor = answer.value;
     call.info().revision = map.revision();
-    response.result = resultOf(answer);
-    response.length = corridor.length_m;
+    fillWay(map, answer, response);
     for (const CellBox& box : corridor.boxes) response.boxes.push_back(boxMessage(map.grid(), box));
     for (const auto& portal : corridor.portals_map) response.portals.push_back(toPoint(portal));
     response.path.header = call.info().header;
     for (const Eigen::Isometry3d& pose : posesAlong(corridor.path_map)) {
       addPose(pose, response.path);
     }
-    call.info().message =
-        explainWay(map, task, policy, answer, "ask ~nearest_free for a free place");
+    call.info().message = explainWay(map, task, policy, answer);
     call.noteEnd(budget,
                  answer.isFound() ? "the boxes are not as large as they can be" : kGiveMore);
   };
