@@ -15,7 +15,7 @@ import math
 import rospy
 import tf2_ros
 from cuboid_mapping.msg import Box
-from cuboid_mapping.srv import CheckBoxes, CheckPath, FindCorridor, FindNearestFree, GetFrontiers, SetBox, SetBoxRequest
+from cuboid_mapping.srv import CheckBoxes, CheckPath, FindCorridor, GetFrontiers, SetBox, SetBoxRequest
 from geometry_msgs.msg import Point, Vector3
 from nav_msgs.msg import Path
 
@@ -38,7 +38,6 @@ class Explorer:
         self.region = Box(Point(min_x, min_y, self.height - self.size.z / 2), Point(max_x, max_y, self.height + self.size.z / 2))
         self.check_boxes, self.check_path = self.service('check_boxes', CheckBoxes), self.service('check_path', CheckPath)
         self.find_corridor, self.set_box = self.service('find_corridor', FindCorridor), self.service('set_box', SetBox)
-        self.nearest_free = self.service('nearest_free', FindNearestFree)
         self.get_frontiers = self.service('get_frontiers', GetFrontiers)
         self.paths = rospy.Publisher('path', Path, queue_size=1, latch=True)
         self.transforms = tf2_ros.Buffer()
@@ -110,16 +109,17 @@ class Explorer:
 
     def find_ways(self, places):
         """(unknown volume in view per metre of path, corridor) of each reachable place."""
-        # An obstacle may have come near: start at the nearest free place.
-        start = self.nearest_free(points=[self.locate()], size=self.size, max_distance=self.size.x).place[0]
+        start = self.locate()
         start.z = self.height
-        corridors = [(volume, self.find_corridor(start=start, goal=place, size=self.size, use_region=True, region=self.region))
+        corridors = [(volume, self.find_corridor(start=start, goal=place, size=self.size, clearance=self.size.x / 2,
+                                                 start_tolerance=self.size.x, use_region=True, region=self.region))
                      for place, volume in places]
         return [(volume / (1.0 + corridor.length), corridor) for volume, corridor in corridors if corridor.path.poses]
 
     def drive(self, corridor):
         """Waits until the robot has arrived and looked around; returns early if the path becomes blocked."""
-        waypoints = [pose.pose.position for pose in corridor.path.poses]
+        # If an obstacle has come near, the path leads out of it first.
+        waypoints = [pose.pose.position for pose in corridor.path.poses][corridor.start_distance > 0:]
         self.paths.publish(corridor.path)
         while distance(self.locate(), waypoints[-1]) > ARRIVED:
             rospy.sleep(0.2)

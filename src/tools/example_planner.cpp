@@ -2,7 +2,6 @@
 // An example of a planner, made from installed parts of the package: follows the map of the mapping node, and
 // searches a corridor from the robot to the goal clicked in rviz, again after each change of the map.
 #include "cuboid_mapping/query/corridor_query.h"
-#include "cuboid_mapping/query/fit_query.h"
 #include "cuboid_mapping/ros/cuboid_map_client.h"
 
 #include <geometry_msgs/PoseStamped.h>
@@ -154,19 +153,16 @@ class ExamplePlanner {
     }
   }
 
-  /// Plans from the place nearest to the robot to the place nearest to the goal at which the robot's box fits.
+  /// Plans out of obstacles that the robot touches, and to the reachable place nearest to the goal.
   Answer<Corridor> plan(const CuboidMap& map, const Eigen::Vector3d& start,
                         const Eigen::Vector3d& goal) const {
     Budget budget(QueryLimits{time_limit_s_});
-    const auto place_near = [&](const Eigen::Vector3d& point) {
-      constexpr double kMaxDistance_m = 1.0;
-      const auto place = findNearestFit(map, point, size_m_, policy_, kMaxDistance_m, budget);
-      return place.isFound() ? place->center_map : point;
-    };
     CorridorTask task;
-    task.start_map = place_near(start);
-    task.goal_map = place_near(goal);
+    task.start_map = start;
+    task.goal_map = goal;
     task.size_m = size_m_;
+    task.clearance_m = 0.5 * size_m_.x();
+    task.start_tolerance_m = task.goal_tolerance_m = 1.0;
     task.region = floorAround(map, task);
     return findCorridor(map, task, policy_, budget);
   }

@@ -32,11 +32,10 @@ std::uint64_t loadWord(const std::uint8_t* bytes) {
 }  // namespace
 
 const BrickMask& FitField::inBrick(const Cell& brick) {
-  const auto found = bricks_.find(brick);
-  if (found != bricks_.end()) return found->second;
+  if (const FitBrick* known = bricks_.find(brick)) return known->places;
   static const BrickMask kNone;
   if (!spendForBrick()) return kNone;
-  return bricks_.emplace(brick, compute(brick)).first->second;
+  return bricks_.findOrAdd(brick).places = compute(brick);
 }
 
 /// Deducts the bricks that the box reaches from the budget.

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "cuboid_mapping/query/obstacles.h"
+#include "cuboid_mapping/voxels/brick_table.h"
 
-#include <unordered_map>
 #include <vector>
 
 namespace cuboid_mapping {
@@ -42,13 +42,18 @@ class FitField {
   }
 
  private:
+  struct FitBrick {
+    Cell brick;
+    BrickMask places;
+  };
+
   [[nodiscard]] bool spendForBrick() const;
   [[nodiscard]] BrickMask compute(const Cell& brick);
   void fillRows(const Cell& brick);
 
   const Obstacles& obstacles_;
   Cell size_;
-  std::unordered_map<Cell, BrickMask, CellHash> bricks_;
+  BrickTable<FitBrick> bricks_;  ///< Freed at once: a search that ends by its time ends soon.
   /// Rows of one brick: byte (z, y) has bit x if an obstacle is in the row of the box that begins at x.
   std::vector<std::uint8_t> rows_;
 };

@@ -62,7 +62,7 @@ void NearPlaces::searchRing(const Cell& middle, std::int32_t radius, Wanted want
       const bool is_side = z == ring.min.z || z == ring.max.z || y == ring.min.y || y == ring.max.y;
       const std::int32_t step = is_side || radius == 0 ? kBrickEdge : 2 * radius;
       for (std::int32_t x = ring.min.x; x <= ring.max.x; x += step) {
-        if (!field_.budget().spendAndYield()) return;
+        if (!field_.budget().spendAndUnlock()) return;
         searchBrick({x, y, z}, wanted);
       }
     }

@@ -39,8 +39,7 @@ void partitionMask(const Cell& brick, BrickMask mask, std::vector<CellBox>& boxe
 }
 
 PlaceGraph::Range PlaceGraph::nodesIn(const Cell& brick) {
-  const auto found = bricks_.find(brick);
-  if (found != bricks_.end()) return found->second;
+  if (const Range* known = bricks_.find(brick)) return *known;
   const auto first = static_cast<NodeIndex>(nodes_.size());
   const CellBox part = intersect(brickBox(brick), region_);
   if (!part.isEmpty()) {
@@ -49,9 +48,7 @@ PlaceGraph::Range PlaceGraph::nodesIn(const Cell& brick) {
     if (!field_.budget().spend(kNode * boxes.size())) boxes.clear();
     for (const CellBox& box : boxes) nodes_.push_back({box});
   }
-  const Range range{first, static_cast<NodeIndex>(nodes_.size())};
-  bricks_.emplace(brick, range);
-  return range;
+  return bricks_.findOrAdd(brick) = {brick, first, static_cast<NodeIndex>(nodes_.size())};
 }
 
 void PlaceGraph::findNodes(const CellBox& places, std::vector<NodeIndex>& nodes) {

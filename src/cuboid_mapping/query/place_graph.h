@@ -5,7 +5,6 @@
 
 #include <cstdint>
 #include <functional>
-#include <unordered_map>
 #include <vector>
 
 namespace cuboid_mapping {
@@ -43,9 +42,11 @@ class PlaceGraph {
   struct Node {
     CellBox box;
   };
+  /// The nodes of a brick.
   struct Range {
-    NodeIndex first;
-    NodeIndex last;
+    Cell brick;
+    NodeIndex first = 0;
+    NodeIndex last = 0;
   };
 
   Range nodesIn(const Cell& brick);
@@ -54,7 +55,7 @@ class PlaceGraph {
   FitField& field_;
   CellBox region_;
   std::vector<Node> nodes_;
-  std::unordered_map<Cell, Range, CellHash> bricks_;
+  BrickTable<Range> bricks_;
 };
 
 /// Divides a mask into disjoint boxes: the least voxel left takes as much as it can along x, then y,

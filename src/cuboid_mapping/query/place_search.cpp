@@ -18,7 +18,7 @@ AnswerStatus PlaceSearch::run(const CellBox& start, Budget& budget) {
     const Cell entry = clampTo(intersect(graph_.box(node), start), clampTo(goal_, start.min));
     reach(node, entry, 0.0, PlaceGraph::kNoNode);
   }
-  while (!open_.empty() && budget.spendAndYield()) {
+  while (!open_.empty() && budget.spendAndUnlock()) {
     const Item item = open_.top();
     open_.pop();
     const State& state = states_[item.node];

@@ -57,7 +57,7 @@ void setInfo(const AnswerInfo& info, QueryBox::Response& response);
 template <typename ServiceT>
 [[nodiscard]] typename ServiceT::Response answer(const MapInFrame& map,
                                                  const typename ServiceT::Request& request) {
-  const auto refuse = [](const std::string& why) {
+  const auto refuse = [&](const std::string& why) {
     typename ServiceT::Response response;
     AnswerInfo info;
     fillBlank(map, request, response);
