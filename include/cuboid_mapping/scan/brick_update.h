@@ -53,8 +53,8 @@ struct BrickUpdate {
 /// beyond kMaxBeamVoxels, not cut  | none                                      | none; is counted
 /// (no beam) at a free point       | its voxel, within kMaxBeamVoxels          | none
 ///
-/// With an end margin, a beam to a hit or an open end misses the voxels up to that far before its end,
-/// included, and grazes the rest.
+/// With an end margin, a beam to a hit or an open end grazes the voxels of those slabs of its longest axis that it
+/// enters in the margin, and misses the others.
 ///
 /// A voxel that is hit and missed is a hit. The rules are those of octomap_server's insertScan.
 /// octomap::OccupancyOcTreeBase::computeUpdate differs in one point: it leaves out the voxel where a beam is

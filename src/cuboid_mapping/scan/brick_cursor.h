@@ -5,6 +5,8 @@
 #include "cuboid_mapping/scan/beam_marks.h"
 #include "cuboid_mapping/scan/ray_walk.h"
 
+#include <cstdlib>
+
 namespace cuboid_mapping {
 
 /// Walks through the bricks and marks the misses. Copied by value into the walk.
@@ -40,6 +42,12 @@ class BrickCursor {
     }
   }
 
+  /// Goes on with other marks, from the current voxel.
+  void switchTo(BeamMarks& beam_marks) {
+    beam_marks_ = &beam_marks;
+    marks_ = &beam_marks.findOrAdd(key_);
+  }
+
   [[nodiscard]] bool isAtEnd() const { return voxel_ == end_voxel_ && key_ == end_key_; }
 
  private:
@@ -53,6 +61,32 @@ class BrickCursor {
   int axis_mask_[3];
   int last_voxel_[3];
   BrickKey key_step_[3];
+};
+
+/// A BrickCursor that marks misses, and grazes in the margin.
+class MarginCursor {
+ public:
+  MarginCursor(const Ray& ray, const Cell& base, const MarginSlabs& margin, BeamMarks& misses,
+               BeamMarks& grazes)
+      : cursor_(ray, base, misses),
+        grazes_(&grazes),
+        axis_(margin.axis),
+        slabs_left_(std::abs(margin.first - ray.start[margin.axis])) {
+    if (slabs_left_ == 0) cursor_.switchTo(grazes);
+  }
+
+  void mark() { cursor_.mark(); }
+  void advance(int axis) {
+    cursor_.advance(axis);
+    if (axis == axis_ && --slabs_left_ == 0) cursor_.switchTo(*grazes_);
+  }
+  [[nodiscard]] bool isAtEnd() const { return cursor_.isAtEnd(); }
+
+ private:
+  BrickCursor cursor_;
+  BeamMarks* grazes_;
+  int axis_;
+  int slabs_left_;
 };
 
 /// A BrickCursor that stops behind some slabs of an axis.

@@ -38,6 +38,15 @@ struct RayBatch {
   [[nodiscard]] Cell endOf(std::size_t ray) const {
     return {end[0][ray], end[1][ray], end[2][ray]};
   }
+  /// A ray, without its steps.
+  [[nodiscard]] Ray rayOf(std::size_t ray) const {
+    return {startOf(ray),
+            endOf(ray),
+            {},
+            {t_max[0][ray], t_max[1][ray], t_max[2][ray]},
+            {t_delta[0][ray], t_delta[1][ray], t_delta[2][ray]},
+            length_m[ray]};
+  }
 };
 
 /// Whether this processor has the vectors of computeRays() and markSlabs(): AVX2, or NEON of ARM64.

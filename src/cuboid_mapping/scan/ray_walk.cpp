@@ -48,6 +48,20 @@ bool RayOrigin::computeRay(const Eigen::Vector3f& end, Ray& ray) const {
   return true;
 }
 
+MarginSlabs findMarginSlabs(const Ray& ray, double margin_m) {
+  int axis = ray.t_delta[1] < ray.t_delta[0] ? 1 : 0;
+  if (ray.t_delta[2] < ray.t_delta[axis]) axis = 2;
+  const double begin_m = ray.length_m - margin_m;
+  std::int32_t num_before = 0;
+  if (begin_m > 0.0) {
+    const double to_border_m = begin_m - ray.t_max[axis];
+    num_before =
+        to_border_m < 0.0 ? 1 : 2 + static_cast<std::int32_t>(to_border_m / ray.t_delta[axis]);
+  }
+  const bool is_down = ray.end[axis] < ray.start[axis];
+  return {axis, ray.start[axis] + (is_down ? -num_before : num_before)};
+}
+
 bool cutBeam(const Eigen::Vector3f& origin, double max_range_m, Eigen::Vector3f& end) {
   const Eigen::Vector3f to_end = end - origin;
   const float squared_length =

@@ -34,6 +34,15 @@ struct Ray {
   double length_m;    ///< Length of the beam.
 };
 
+/// The slabs of a beam's longest axis (of equal ones, the first) that lie in its end margin.
+struct MarginSlabs {
+  int axis = -1;           ///< -1: none do.
+  std::int32_t first = 0;  ///< The cell's coordinate where the beam enters the first.
+};
+
+/// @param margin_m  > 0. The slab where it begins is not in it, unless the beam is not longer.
+[[nodiscard]] MarginSlabs findMarginSlabs(const Ray& ray, double margin_m);
+
 /// Common start of all beams of a scan, prepared for computing many rays.
 class RayOrigin {
  public:

@@ -77,12 +77,6 @@ void dropEmpty(ScanUpdate& update) {
                       update.bricks.end());
 }
 
-/// The point of a beam where its end margin begins. @pre It is longer than the margin.
-Eigen::Vector3f beginOfMargin(const Eigen::Vector3f& origin, const Eigen::Vector3f& end,
-                              double length_m, double margin_m) {
-  return origin + (end - origin) * static_cast<float>(1.0 - margin_m / length_m);
-}
-
 }  // namespace
 
 void keepMarks(ScanUpdate& update) {
@@ -110,6 +104,7 @@ ScanUpdater::ScanUpdater(const Grid& grid, const BeamRanges& ranges, int threads
   assert(ranges.max_range_m > 0.0);
   assert(ranges.end_margin_m >= 0.0);
   assert(threads > 0);
+  if (ranges.keep_surfaces) surfaces_.emplace(grid.resolution(), threads);
 }
 
 void ScanUpdater::markBeam(const Ray& ray, bool is_hit, BeamMarks& marks) const {
@@ -130,54 +125,24 @@ void ScanUpdater::markOpenBeam(const Ray& ray, BeamMarks& marks) const {
   (void)walkRay(ray, BrickCursor(ray, base_, marks));
 }
 
-/// Marks a beam with a return in two parts: misses up to the margin, grazes from there on.
-/// @param ray  The whole beam, which is not cut.
-void ScanUpdater::markWithMargin(const BeamSource& source, const Eigen::Vector3f& end,
-                                 const Ray& ray, double margin_m, bool is_hit, Share& share) const {
+/// Marks a beam that is not cut: misses up to the margin, grazes from there on.
+void ScanUpdater::markWithMargin(const Ray& ray, double margin_m, bool is_hit, Share& share) const {
+  (void)walkRay(
+      ray, MarginCursor(ray, base_, findMarginSlabs(ray, margin_m), share.marks, share.grazes));
   const Cell local_end = ray.end - base_;
   if (is_hit) share.marks.findOrAdd(toBrickKey(local_end)).hits.set(voxelIndex(local_end));
-  // An open end must not be marked; a hit may, since a hit wins.
-  const auto mark = [&](const Ray& part_of_ray, BeamMarks& marks) {
-    if (is_hit || part_of_ray.end != ray.end) return markBeam(part_of_ray, false, marks);
-    markOpenBeam(part_of_ray, marks);
-  };
-  if (ray.length_m <= margin_m) return mark(ray, share.grazes);
-  const Eigen::Vector3f margin = beginOfMargin(source.scan.origin, end, ray.length_m, margin_m);
-  Ray ray_part;
-  if (source.ray_origin.computeRay(margin, ray_part)) mark(ray_part, share.marks);
-  const RayOrigin margin_origin(grid_, source.scan.anchor_map, margin);
-  if (margin_origin.cell() && margin_origin.computeRay(end, ray_part)) mark(ray_part, share.grazes);
 }
 
-/// As markWithMargin() without the hits, for a batch of returns. Leaves out cut beams, and beams not longer
-/// than the margin.
-/// @param first  Number of the first. @return The marked beams.
-std::uint32_t ScanUpdater::markBatchWithMargin(const BeamSource& source, std::size_t first,
-                                               const RayBatch& rays, Share& share) const {
-  const Eigen::Vector3f* ends = source.scan.points.data() + first;
-  Eigen::Vector3f margins[RayBatch::kSize];
-  std::uint32_t longer = 0;
-  std::uint32_t has_margin = 0;
-  for (int i = 0; i < rays.count; ++i) {
-    const double margin_m = marginOf(source, first + static_cast<std::size_t>(i));
-    margins[i] = beginOfMargin(source.scan.origin, ends[i], rays.length_m[i], margin_m);
-    if (margin_m > 0.0) has_margin |= 1U << i;
-    if (rays.length_m[i] > margin_m) longer |= 1U << i;
+/// The margins of a batch of returns. @param first  Number of the first.
+BatchMargins ScanUpdater::marginsOf(const BeamSource& source, std::size_t first,
+                                    const RayBatch& rays, Share& share) const {
+  BatchMargins margins{share.grazes};
+  for (std::uint32_t bits = rays.taken & ~rays.cut; bits != 0; bits &= bits - 1) {
+    const auto i = static_cast<std::size_t>(__builtin_ctz(bits));
+    const double margin_m = marginOf(source, first + i, rays.length_m[i]);
+    if (margin_m > 0.0) margins.slabs[i] = findMarginSlabs(rays.rayOf(i), margin_m);
   }
-  RayBatch parts;
-  constexpr double kNoLimit = std::numeric_limits<double>::infinity();
-  computeRays(source.ray_origin, margins, rays.count, kNoLimit, parts);
-  parts.taken &= rays.taken & ~rays.cut & longer;
-  const std::uint32_t marked = markSlabs(parts, base_, share.marks);
-  for (std::uint32_t bits = marked & has_margin; bits != 0; bits &= bits - 1) {
-    const int i = __builtin_ctz(bits);
-    const RayOrigin margin_origin(grid_, source.scan.anchor_map, margins[i]);
-    Ray rest;
-    if (margin_origin.cell() && margin_origin.computeRay(ends[i], rest)) {
-      markBeam(rest, false, share.grazes);
-    }
-  }
-  return marked;
+  return margins;
 }
 
 /// Marks a batch of at most RayBatch::kSize beams by markSlabs(). @return The beams that need addBeam().
@@ -185,11 +150,14 @@ std::uint32_t ScanUpdater::addBatch(const BeamSource& source, const Eigen::Vecto
                                     int count, bool are_returns, Share& share) const {
   RayBatch rays;
   computeRays(source.ray_origin, ends, count, ranges_.max_range_m, rays);
-  const std::uint32_t marked =
-      are_returns && hasMargins()
-          ? markBatchWithMargin(source, static_cast<std::size_t>(ends - source.scan.points.data()),
-                                rays, share)
-          : markSlabs(rays, base_, share.marks);
+  std::uint32_t marked = 0;
+  if (are_returns && hasMargins()) {
+    const auto first = static_cast<std::size_t>(ends - source.scan.points.data());
+    const BatchMargins margins = marginsOf(source, first, rays, share);
+    marked = markSlabs(rays, base_, share.marks, 0, &margins);
+  } else {
+    marked = markSlabs(rays, base_, share.marks);
+  }
   share.num_points += static_cast<std::size_t>(__builtin_popcount(marked));
   for (std::uint32_t hits = are_returns ? marked & ~rays.cut : 0; hits != 0; hits &= hits - 1) {
     const Cell local_end = rays.endOf(static_cast<std::size_t>(__builtin_ctz(hits))) - base_;
@@ -223,9 +191,10 @@ void ScanUpdater::addBeam(const BeamSource& source, const Eigen::Vector3f& end, 
   const bool is_hit = is_return && !is_cut;
   const double margin_m =
       is_hit && hasMargins()
-          ? marginOf(source, static_cast<std::size_t>(&end - source.scan.points.data()))
+          ? marginOf(source, static_cast<std::size_t>(&end - source.scan.points.data()),
+                     ray->length_m)
           : 0.0;
-  if (margin_m > 0.0) return markWithMargin(source, end, *ray, margin_m, true, share);
+  if (margin_m > 0.0) return markWithMargin(*ray, margin_m, true, share);
   markBeam(*ray, is_hit, share.marks);
 }
 
@@ -235,8 +204,8 @@ void ScanUpdater::addOpenBeam(const BeamSource& source, std::size_t index, Share
   const auto ray = cutRay(source, end, is_cut, share);
   if (!ray) return;
   if (is_cut) return markBeam(*ray, false, share.marks);
-  const double margin_m = marginOf(source, source.scan.points.size() + index);
-  if (margin_m > 0.0) return markWithMargin(source, end, *ray, margin_m, false, share);
+  const double margin_m = marginOf(source, source.scan.points.size() + index, ray->length_m);
+  if (margin_m > 0.0) return markWithMargin(*ray, margin_m, false, share);
   markOpenBeam(*ray, share.marks);
 }
 
@@ -265,9 +234,9 @@ void ScanUpdater::addFreePoints(const RayOrigin& ray_origin,
   }
 }
 
-void ScanUpdater::addScan(const Scan& scan, const float* margins_m, bool by_columns,
-                          std::size_t part, std::size_t num_parts, Share& share) const {
-  const BeamSource source{scan, RayOrigin(grid_, scan.anchor_map, scan.origin), margins_m};
+void ScanUpdater::addScan(const Scan& scan, const float* margins, bool by_columns, std::size_t part,
+                          std::size_t num_parts, Share& share) const {
+  const BeamSource source{scan, RayOrigin(grid_, scan.anchor_map, scan.origin), margins};
   const RayOrigin& ray_origin = source.ray_origin;
   const std::size_t num_points =
       scan.points.size() + scan.no_returns.size() + scan.open_ends.size();
@@ -328,12 +297,8 @@ const ScanUpdate& ScanUpdater::compute(const Scan* first, std::size_t count) {
     by_columns[i] = usesColumns(first[i]) ? 1 : 0;
     if (by_columns[i] != 0) addByColumns(first[i]);
   }
-  surfaces_.resize(ranges_.keep_surfaces ? count : 0,
-                   SurfaceMargins(grid_.resolution(), numThreads()));
-  std::vector<const float*> margins_m(count, nullptr);
-  for (std::size_t i = 0; i < surfaces_.size(); ++i) {
-    margins_m[i] = surfaces_[i].compute(first[i]).data();
-  }
+  margins_.resize(ranges_.keep_surfaces ? count : 0);
+  for (std::size_t i = 0; i < margins_.size(); ++i) surfaces_->compute(first[i], margins_[i]);
   // Parts are small because in a cloud ordered by rings the beams of one half are several times as long.
   const std::size_t num_parts = kPartsPerThread * shares_.size();
   std::atomic<std::size_t> next_part{0};
@@ -341,7 +306,8 @@ const ScanUpdate& ScanUpdater::compute(const Scan* first, std::size_t count) {
     Share& share = shares_[i];
     for (std::size_t part = next_part++; part < num_parts; part = next_part++) {
       for (std::size_t scan = 0; scan < count; ++scan) {
-        addScan(first[scan], margins_m[scan], by_columns[scan] != 0, part, num_parts, share);
+        addScan(first[scan], margins_.empty() ? nullptr : margins_[scan].data(),
+                by_columns[scan] != 0, part, num_parts, share);
       }
     }
     sortMarks(share);

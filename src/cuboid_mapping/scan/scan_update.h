@@ -9,6 +9,7 @@
 #include "cuboid_mapping/scan/ray_batch.h"
 #include "cuboid_mapping/scan/ray_walk.h"
 #include "cuboid_mapping/scan/scan.h"
+#include "cuboid_mapping/scan/slab_walk.h"
 #include "cuboid_mapping/scan/surface_margins.h"
 
 #include <algorithm>
@@ -91,8 +92,7 @@ class ScanUpdater {
   struct BeamSource {
     const Scan& scan;
     RayOrigin ray_origin;
-    const float* margins_m =
-        nullptr;  ///< Of the points, then of the open ends; null: none of their own.
+    const float* margins = nullptr;  ///< See SurfaceMargins; null: none.
 
     /// @param index  In the returns, then the no-returns.
     [[nodiscard]] const Eigen::Vector3f& endOf(std::size_t index) const {
@@ -103,18 +103,18 @@ class ScanUpdater {
 
   void markBeam(const Ray& ray, bool is_hit, BeamMarks& marks) const;
   void markOpenBeam(const Ray& ray, BeamMarks& marks) const;
-  void markWithMargin(const BeamSource& source, const Eigen::Vector3f& end, const Ray& ray,
-                      double margin_m, bool is_hit, Share& share) const;
-  /// End margin of a return; 0: none. @param index  In the points, then the open ends.
-  [[nodiscard]] double marginOf(const BeamSource& source, std::size_t index) const {
-    const double own_m = source.margins_m == nullptr ? 0.0 : source.margins_m[index];
-    return std::max(own_m, ranges_.end_margin_m);
+  void markWithMargin(const Ray& ray, double margin_m, bool is_hit, Share& share) const;
+  /// End margin of a beam; 0: none. @param index  In the points, then the open ends.
+  [[nodiscard]] double marginOf(const BeamSource& source, std::size_t index,
+                                double length_m) const {
+    const double share = source.margins == nullptr ? 0.0 : source.margins[index];
+    return std::max(share * length_m, ranges_.end_margin_m);
   }
   [[nodiscard]] bool hasMargins() const {
     return ranges_.end_margin_m > 0.0 || ranges_.keep_surfaces;
   }
-  [[nodiscard]] std::uint32_t markBatchWithMargin(const BeamSource& source, std::size_t first,
-                                                  const RayBatch& rays, Share& share) const;
+  [[nodiscard]] BatchMargins marginsOf(const BeamSource& source, std::size_t first,
+                                       const RayBatch& rays, Share& share) const;
   [[nodiscard]] std::uint32_t addBatch(const BeamSource& source, const Eigen::Vector3f* ends,
                                        int count, bool are_returns, Share& share) const;
   /// The beam to a point, cut at the maximum range. @return Nothing if it is out of range or too far, which is
@@ -137,7 +137,7 @@ class ScanUpdater {
   template <typename AddT>
   void forEachPart(std::size_t count, AddT add);
   /// Adds part `part` of `num_parts` of a scan. @param by_columns  Whether addByColumns() adds the rest of it.
-  void addScan(const Scan& scan, const float* margins_m, bool by_columns, std::size_t part,
+  void addScan(const Scan& scan, const float* margins, bool by_columns, std::size_t part,
                std::size_t num_parts, Share& share) const;
   void addOpenBeam(const BeamSource& source, std::size_t index, Share& share) const;
   void addFreePoints(const RayOrigin& ray_origin, const std::vector<Eigen::Vector3f>& points,
@@ -153,7 +153,8 @@ class ScanUpdater {
   Cell first_origin_;  ///< Origin of the first scan of the current cloud.
   Cell base_;          ///< Cell from which the keys of its bricks count.
   std::vector<Share> shares_;
-  std::vector<SurfaceMargins> surfaces_;  ///< One for each scan of a cloud.
+  std::optional<SurfaceMargins> surfaces_;   ///< With keep_surfaces.
+  std::vector<std::vector<float>> margins_;  ///< Of each scan of a cloud, with keep_surfaces.
   BeamSampling sampling_;
   std::array<FaceBeams, kNumFaces> face_beams_;
   ColumnUse column_use_ = ColumnUse::kWhereCheaper;

@@ -107,6 +107,17 @@ struct SlabPlaces {
     low[i] = as<Masks>(places) & 0xFFFFFFFFU;
     high[i] = as<Masks>(places) >> 32;
   }
+  /// Those of some slabs.
+  [[nodiscard]] SlabPlaces where(const Lanes& are_in) const {
+    SlabPlaces out;
+    out.set(0, ~are_in);
+    SlabPlaces places;
+    for (int i = 0; i < 3; ++i) {
+      places.low[i] = low[i] | out.low[0];
+      places.high[i] = high[i] | out.high[0];
+    }
+    return places;
+  }
 };
 
 /// @param rows  Rows 0 to 15. @return Their bits in places, not mirrored: bit 3, for the next brick, goes to
@@ -198,8 +209,43 @@ void markPlaces(const SlabPlaces& places, std::int32_t next, BrickMask& slabs) {
   store(load<Masks>(&slabs[4]) | high, &slabs[4]);
 }
 
-/// @param num_done  As for markSlabs().
-bool walkBricks(const SlabBeams& beams, std::size_t beam, BeamMarks& marks, int num_done) {
+/// The bricks that a beam passes in eight slabs, where it leaves the first on an axis across, or on both.
+struct PassedBricks {
+  BrickKey key;
+  BrickKey row_step;  ///< 0: it does not leave the brick.
+  BrickKey word_step;
+  std::size_t mask;  ///< See BrickMarks::misses.
+
+  void mark(const SlabPlaces& places, BeamMarks& marks) const {
+    markPlaces(places, 0, marks.findOrAdd(key).misses[mask]);
+    if (row_step != 0) markPlaces(places, kNextRow, marks.findOrAdd(key + row_step).misses[mask]);
+    if (word_step == 0) return;
+    markPlaces(places, kNextWord, marks.findOrAdd(key + word_step).misses[mask]);
+    if (row_step == 0) return;
+    markPlaces(places, kNextRow | kNextWord,
+               marks.findOrAdd(key + row_step + word_step).misses[mask]);
+  }
+};
+
+/// Where a walk's marks go, by slabs counted from those of the current brick.
+struct SlabMarks {
+  BeamMarks* below;  ///< Those of slabs before `border`.
+  BeamMarks* above;
+  int border;
+};
+constexpr int kNoMargin = 1 << 30;
+
+SlabMarks divideSlabs(const RayBatch& rays, const SlabBeams& beams, std::size_t beam,
+                      const MarginSlabs& margin, BeamMarks& misses, BeamMarks& grazes) {
+  const bool is_backward = beams.backward[beam] != 0;
+  const std::int32_t begin = (is_backward ? rays.end : rays.start)[margin.axis][beam];
+  const int border = static_cast<int>(beams.slabs[beam]) + margin.first - begin;
+  if (is_backward) return {&grazes, &misses, border + 1};
+  return {&misses, &grazes, border};
+}
+
+/// @param num_done  As for markSlabs(). @param marks  Where misses and grazes go.
+bool walkBricks(const SlabBeams& beams, std::size_t beam, SlabMarks marks, int num_done) {
   const auto along = static_cast<std::size_t>(beams.along[beam]);
   const std::size_t mask = 2 - along;  // See BrickMarks::misses.
   int first = static_cast<int>(beams.slabs[beam]);
@@ -219,10 +265,11 @@ bool walkBricks(const SlabBeams& beams, std::size_t beam, BeamMarks& marks, int 
     key += keyUp(along) * static_cast<BrickKey>(num_skipped) + row.skip(num_skipped) +
            word.skip(num_skipped);
     last -= 8 * num_skipped;
+    marks.border -= 8 * num_skipped;
     first = 0;
     is_end = false;
   }
-  for (;; last -= 8) {
+  for (;; last -= 8, marks.border -= 8) {
     if (is_backward && last < num_sure) return true;
     const bool is_last_brick = last < 8;
     is_end |= is_last_brick;
@@ -233,15 +280,14 @@ bool walkBricks(const SlabBeams& beams, std::size_t beam, BeamMarks& marks, int 
     }
     const int left_row = row.leaves(is_last_brick);
     const int left_word = word.leaves(is_last_brick);
-    markPlaces(places, 0, marks.findOrAdd(key).misses[mask]);
-    if (left_row > 7)
-      markPlaces(places, kNextRow, marks.findOrAdd(key + row.key_step).misses[mask]);
-    if (left_word > 7) {
-      markPlaces(places, kNextWord, marks.findOrAdd(key + word.key_step).misses[mask]);
-      if (left_row > 7) {
-        markPlaces(places, kNextRow | kNextWord,
-                   marks.findOrAdd(key + row.key_step + word.key_step).misses[mask]);
-      }
+    const PassedBricks bricks{key, left_row > 7 ? row.key_step : 0,
+                              left_word > 7 ? word.key_step : 0, mask};
+    if (marks.border <= 0 || marks.border > 7) {
+      bricks.mark(places, *(marks.border > 0 ? marks.below : marks.above));
+    } else {
+      const Lanes is_below = slabs() < marks.border;
+      bricks.mark(places.where(is_below), *marks.below);
+      bricks.mark(places.where(~is_below), *marks.above);
     }
     if (is_last_brick) return true;
     key += keyUp(along) + row.advance(left_row) + word.advance(left_word);
@@ -286,7 +332,8 @@ bool stepOffBorders(RayBatch& rays, std::size_t ray, const Cell& base, BeamMarks
 
 }  // namespace
 
-std::uint32_t markSlabs(RayBatch& rays, const Cell& base, BeamMarks& marks, int num_done) {
+std::uint32_t markSlabs(RayBatch& rays, const Cell& base, BeamMarks& marks, int num_done,
+                        const BatchMargins* margins) {
   std::uint32_t left = rays.taken;
   for (int first = 0; first < rays.count; first += 4) {
     std::uint32_t bits = toBits(mayBeOnBorder(rays, first)) << first & rays.taken;
@@ -300,7 +347,13 @@ std::uint32_t markSlabs(RayBatch& rays, const Cell& base, BeamMarks& marks, int 
   std::uint32_t marked = 0;
   for (std::uint32_t bits = set_up & left; bits != 0; bits &= bits - 1) {
     const auto beam = static_cast<std::size_t>(__builtin_ctz(bits));
-    if (walkBricks(beams, beam, marks, num_done)) marked |= 1U << beam;
+    SlabMarks slab_marks{&marks, &marks, kNoMargin};
+    if (margins != nullptr && margins->slabs[beam].axis >= 0) {
+      const MarginSlabs& margin = margins->slabs[beam];
+      if (margin.axis != beams.along[beam]) continue;
+      slab_marks = divideSlabs(rays, beams, beam, margin, marks, margins->grazes);
+    }
+    if (walkBricks(beams, beam, slab_marks, num_done)) marked |= 1U << beam;
   }
   return marked;
 }
@@ -309,7 +362,7 @@ CUBOID_MAPPING_END_LANES
 
 #else
 
-std::uint32_t markSlabs(RayBatch&, const Cell&, BeamMarks&, int) { return 0; }
+std::uint32_t markSlabs(RayBatch&, const Cell&, BeamMarks&, int, const BatchMargins*) { return 0; }
 
 #endif
 

@@ -4,9 +4,16 @@
 #include "cuboid_mapping/scan/beam_marks.h"
 #include "cuboid_mapping/scan/ray_batch.h"
 
+#include <array>
 #include <cstdint>
 
 namespace cuboid_mapping {
+
+/// The end margins of a batch of rays.
+struct BatchMargins {
+  BeamMarks& grazes;
+  std::array<MarginSlabs, RayBatch::kSize> slabs{};
+};
 
 /// Marks the voxels that walkRay() passes, and the voxel of the end, as misses: eight slabs at a time, without
 /// a branch on the places of crossings in a brick, which processors cannot predict.
@@ -23,10 +30,11 @@ namespace cuboid_mapping {
 /// @param rays  Rays to walk; afterwards they start after those steps.
 /// @param base  Base of the brick numbers; starts and ends minus it are in [0, 2^24).
 /// @param num_done  Slabs from the origin's on that are marked already. The bricks that they fill are left out.
+/// @param margins  Where beams mark grazes in place of misses.
 /// @return Beams with all voxels marked. Others may have some, all of them passed by the beam.
 /// @pre hasLanes().
 /// @complexity O(bricks passed).
 [[nodiscard]] std::uint32_t markSlabs(RayBatch& rays, const Cell& base, BeamMarks& marks,
-                                      int num_done = 0);
+                                      int num_done = 0, const BatchMargins* margins = nullptr);
 
 }  // namespace cuboid_mapping

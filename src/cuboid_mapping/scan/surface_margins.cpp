@@ -5,121 +5,254 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <limits>
 
 namespace cuboid_mapping {
 namespace {
 
-/// Directions are half a degree apart.
-constexpr int kColumns = 720;
-constexpr int kRows = 361;
-constexpr float kPlacesPerRad = 360.0F / 3.14159265F;
+constexpr float kPi = 3.14159265F;
+/// Directions are a degree apart.
+constexpr int kColumns = 360;
+constexpr float kPixelsPerRad = 180.0F / kPi;
 /// Neighbours are at most 6 degrees apart.
-constexpr int kMaxStep = 12;
+constexpr int kMaxStep = 6;
+/// The image has a margin of kMaxStep on all sides. That of the columns repeats those of the other side.
+constexpr int kRows = 181 + 2 * kMaxStep;
+constexpr int kMiddleRow = kRows / 2;
+constexpr int kStride = kColumns + 2 * kMaxStep;
+/// Pixel of ends that have no direction: empty.
+constexpr std::int32_t kNoPixel = 0;
 /// In reaches: a longer gap between two neighbours is one of a surface only if the nearer one is grazed, too.
 constexpr float kMaxGap = 5.0F;
 /// In reaches: shorter parts are noise.
 constexpr float kMinMargin = 2.0F;
 
-/// Index of a place in the grid.
-std::size_t indexOf(int row, int column) {
-  return static_cast<std::size_t>(row) * std::size_t{kColumns} + static_cast<std::size_t>(column);
+/// Four pixels of a row.
+using Floats = float __attribute__((vector_size(16)));
+using Flags = std::int32_t __attribute__((vector_size(16)));
+
+Floats loadFour(const float* from) {
+  Floats four;
+  std::memcpy(&four, from, sizeof(four));
+  return four;
 }
+
+bool hasAny(const Flags& flags) {
+  std::uint64_t halves[2];
+  std::memcpy(halves, &flags, sizeof(halves));
+  return (halves[0] | halves[1]) != 0;
+}
+
+Floats absolute(const Floats& numbers) { return numbers < 0.0F ? -numbers : numbers; }
+
+/// Length of (a, b), 4 % off.
+Floats lengthOf(const Floats& a, const Floats& b) {
+  return a > b ? 0.96F * a + 0.4F * b : 0.96F * b + 0.4F * a;
+}
+
+/// Four points in polar coordinates, by polynomials, 1e-5 off.
+struct Polar {
+  Floats length;
+  Floats arc_rad;
+};
+
+/// @pre x >= 0 and y >= 0.
+Polar toPolar(const Floats& x, const Floats& y) {
+  const Flags is_steep = y > x;
+  const Floats longer = (is_steep ? y : x) + std::numeric_limits<float>::min();
+  const Floats tangent = (is_steep ? x : y) / longer;
+  const Floats squared = tangent * tangent;
+  const Floats length =
+      longer * (1.0000111F +
+                squared * (0.4994047F + squared * (-0.1197238F +
+                                                   squared * (0.0448648F - squared * 0.0103518F))));
+  const Floats arc_rad =
+      tangent *
+      (0.9998660F +
+       squared *
+           (-0.3302995F + squared * (0.1801410F + squared * (-0.0851330F + squared * 0.0208351F))));
+  return {length, is_steep ? kPi / 2 - arc_rad : arc_rad};
+}
+
+/// Directions of four ends.
+struct Directions {
+  Floats ranges_m;
+  Floats elevations;  ///< In rows.
+  Flags pixels;       ///< kNoPixel: too near, too far, or not finite.
+};
+
+/// @param x, y, z  Of the ends, from the sensor.
+Directions directionsOf(const Floats& x, const Floats& y, const Floats& z) {
+  constexpr float kMinRange_m = 1e-12F;
+  constexpr float kMaxRange_m = 1e12F;
+  const Polar flat = toPolar(absolute(x), absolute(y));
+  const Polar beam = toPolar(flat.length, absolute(z));
+  const Floats from_back = x < 0.0F ? kPi - flat.arc_rad : flat.arc_rad;
+  const Floats column = kStride / 2 + (y < 0.0F ? -from_back : from_back) * kPixelsPerRad;
+  const Floats row = kMiddleRow + (z < 0.0F ? -beam.arc_rad : beam.arc_rad) * kPixelsPerRad;
+  const Flags has_direction = (beam.length > kMinRange_m) & (beam.length < kMaxRange_m);
+  const Flags row_index = __builtin_convertvector((has_direction ? row : Floats{}) + 0.5F, Flags);
+  const Flags column_index =
+      __builtin_convertvector((has_direction ? column : Floats{}) + 0.5F, Flags);
+  const Flags wrap = (column_index == kStride - kMaxStep) & kColumns;
+  return {beam.length, row, row_index * kStride + column_index - wrap};
+}
+
+/// Where four beams come within reach of the surface that their neighbours of one side hit.
+class SideWalk {
+ public:
+  /// @param ranges_m  Of the beams; 0: no beam.
+  SideWalk(const Floats& ranges_m, float reach_m, bool is_vertical)
+      : along_m_(ranges_m),
+        across_m_{},
+        is_open_(ranges_m > 0.0F),
+        is_held_{},
+        held_along_m_{},
+        held_across_m_{},
+        reach_m_(reach_m),
+        is_vertical_(is_vertical) {}
+
+  [[nodiscard]] bool isDone() const { return !hasAny(is_open_); }
+  [[nodiscard]] const Floats& begins() const { return along_m_; }
+
+  /// Goes on to the next pixel. @param ranges_m  0: none. @param angles_rad  From the beams.
+  void step(const Floats& ranges_m, const Floats& angles_rad) {
+    Flags is_end = is_open_ & (ranges_m > 0.0F);
+    const Floats along_m = ranges_m - 0.5F * ranges_m * angles_rad * angles_rad;
+    const Floats across_m = ranges_m * angles_rad;
+    if (hasAny(is_held_)) {
+      const Flags is_next = is_end & is_held_;
+      const Flags is_grazed = isGrazed(along_m, across_m);
+      is_open_ &= is_grazed | ~is_next;  // Else something stands before the surface.
+      accept(held_along_m_, held_across_m_, is_next & is_grazed);
+      is_held_ &= ~is_next;
+      is_end &= is_open_;
+    }
+    const Flags is_gap = is_end & (along_m_ - along_m > kMaxGap * reach_m_);
+    if (hasAny(is_gap)) {
+      held_along_m_ = is_gap ? along_m : held_along_m_;
+      held_across_m_ = is_gap ? across_m : held_across_m_;
+      is_held_ |= is_gap;
+    }
+    accept(along_m, across_m, is_end & ~is_gap);
+  }
+
+ private:
+  /// Whether the surface between the ends that are held and the next is grazed: it rises by less than 1 in 2. A slab so
+  /// thin that the beam below it passes it counts, too; beside a beam it would be a post.
+  [[nodiscard]] Flags isGrazed(const Floats& along_m, const Floats& across_m) const {
+    const Floats rise_m = across_m - held_across_m_;
+    Flags is_grazed = held_along_m_ - along_m >= 2.0F * rise_m;
+    if (is_vertical_) is_grazed |= along_m > held_along_m_;
+    return is_grazed & (rise_m >= 0.0F);
+  }
+
+  void accept(const Floats& along_m, const Floats& across_m, const Flags& are_taken) {
+    const Flags are_out = are_taken & (across_m > reach_m_);
+    const Floats share = (reach_m_ - across_m_) / (across_m - across_m_);
+    const Floats end_m = along_m_ + share * (along_m - along_m_);
+    along_m_ = are_out ? end_m : (are_taken ? along_m : along_m_);
+    across_m_ = are_taken ? across_m : across_m_;
+    is_open_ &= ~are_out;
+  }
+
+  Floats along_m_;  ///< Of the last end, or of the place where the surface leaves the reach.
+  Floats across_m_;
+  Flags is_open_;
+  Flags is_held_;  ///< Ends behind a gap, which are on the surface if the next one is.
+  Floats held_along_m_;
+  Floats held_across_m_;
+  float reach_m_;
+  bool is_vertical_;
+};
 
 }  // namespace
 
-/// Whether the surface between two neighbours is grazed, the second being farther from the beam: it rises by less than 1
-/// in 2. A slab so thin that the beam below it passes it counts, too; beside a beam it would be a post.
-bool SurfaceMargins::isGrazed(const SeenEnd& seen, const SeenEnd& next, const Way& way) {
-  if (next.across_m < seen.across_m) return false;
-  const bool is_slab = way.rows != 0 && next.along_m > seen.along_m;
-  return is_slab || seen.along_m - next.along_m >= 2.0F * (next.across_m - seen.across_m);
-}
-
-void SurfaceMargins::place(const Scan& scan) {
-  const std::size_t num_points = scan.points.size();
-  const std::size_t count = num_points + scan.open_ends.size();
-  ends_.resize(count);
-  places_.resize(count);
-  grid_.assign(std::size_t{kColumns} * kRows, -1);
-  for (std::size_t i = 0; i < count; ++i) {
-    const Eigen::Vector3f end =
-        (i < num_points ? scan.points[i] : scan.open_ends[i - num_points]) - scan.origin;
-    const float flat = std::hypot(end.x(), end.y());
-    ends_[i] = end;
-    places_[i] = {-1, -1};
-    if (!end.allFinite() || end.isZero(0.0F)) continue;
-    const auto column =
-        static_cast<int>(std::lround((std::atan2(end.y(), end.x())) * kPlacesPerRad));
-    const auto row = static_cast<int>(std::lround(std::atan2(end.z(), flat) * kPlacesPerRad));
-    places_[i] = {static_cast<std::int16_t>((column + kColumns) % kColumns),
-                  static_cast<std::int16_t>(row + kRows / 2)};
-    grid_[indexOf(places_[i].row, places_[i].column)] = static_cast<std::int32_t>(i);
+SurfaceMargins::SurfaceMargins(double reach_m, int threads)
+    : reach_m_(static_cast<float>(reach_m)), threads_(threads) {
+  for (std::vector<float>* image : {&ranges_m_, &elevations_, &shares_}) {
+    image->resize(std::size_t{kRows} * kStride);
   }
 }
 
-/// The next end in a direction of the grid. @param step  Steps from the place, advanced. @return Null: none is near.
-const Eigen::Vector3f* SurfaceMargins::findNear(const Place& place, const Way& way,
-                                                int& step) const {
-  for (++step; step <= kMaxStep; ++step) {
-    const int row = place.row + way.rows * step;
-    if (row < 0 || row >= kRows) break;
-    const int column = (place.column + way.columns * step + kColumns) % kColumns;
-    const std::int32_t index = grid_[indexOf(row, column)];
-    if (index >= 0) return &ends_[static_cast<std::size_t>(index)];
-  }
-  return nullptr;
-}
-
-/// Where a beam comes within reach of the surface that its neighbours of one side hit.
-float SurfaceMargins::beginOf(std::size_t beam, const Way& way) const {
-  const Place place = places_[beam];
-  const float length_m = ends_[beam].norm();
-  const Eigen::Vector3f direction = ends_[beam] / length_m;
-  const auto seen_from = [&](const Eigen::Vector3f& end) {
-    const float along_m = end.dot(direction);
-    return SeenEnd{along_m, (end - along_m * direction).norm()};
-  };
-  SeenEnd last{length_m, 0.0F};
-  int step = 0;
-  const Eigen::Vector3f* near = findNear(place, way, step);
-  while (near != nullptr) {
-    const SeenEnd seen = seen_from(*near);
-    const Eigen::Vector3f* next = findNear(place, way, step);
-    if (last.along_m - seen.along_m > kMaxGap * reach_m_ &&
-        (next == nullptr || !isGrazed(seen, seen_from(*next), way))) {
-      break;  // Something stands before the surface.
+/// Puts ends into the image. @param pixels  Where theirs go.
+void SurfaceMargins::place(const std::vector<Eigen::Vector3f>& ends, const Eigen::Vector3f& origin,
+                           std::int32_t* pixels) {
+  const auto last = static_cast<std::ptrdiff_t>(ends.size()) - 1;
+  for (std::ptrdiff_t first = 0; first <= last; first += 4) {
+    const auto ways = [&](int axis) {  // Behind the last comes the last again.
+      const auto way = [&](std::ptrdiff_t i) {
+        return ends[static_cast<std::size_t>(std::min(first + i, last))][axis];
+      };
+      return Floats{way(0), way(1), way(2), way(3)} - origin[axis];
+    };
+    const Directions directions = directionsOf(ways(0), ways(1), ways(2));
+    for (int i = 0; i < 4; ++i) {
+      const auto pixel = static_cast<std::size_t>(directions.pixels[i]);
+      pixels[std::min(first + i, last)] = directions.pixels[i];
+      if (pixel == kNoPixel || directions.ranges_m[i] <= ranges_m_[pixel]) continue;
+      ranges_m_[pixel] = directions.ranges_m[i];
+      elevations_[pixel] = directions.elevations[i];
     }
-    if (seen.across_m > reach_m_) {
-      const float share = (reach_m_ - last.across_m) / (seen.across_m - last.across_m);
-      return last.along_m + share * (seen.along_m - last.along_m);
+  }
+}
+
+void SurfaceMargins::closeCircle(int row) {
+  for (std::vector<float>* image : {&ranges_m_, &elevations_}) {
+    float* const pixels = image->data() + std::ptrdiff_t{row} * kStride;
+    std::copy_n(pixels + kColumns, kMaxStep, pixels);
+    std::copy_n(pixels + kMaxStep, kMaxStep, pixels + kMaxStep + kColumns);
+  }
+}
+
+void SurfaceMargins::computeShares(int row) {
+  const float column_rad = std::cos((row - kMiddleRow) / kPixelsPerRad) / kPixelsPerRad;
+  for (int column = kMaxStep; column < kMaxStep + kColumns; column += 4) {
+    const std::ptrdiff_t pixel = std::ptrdiff_t{row} * kStride + column;
+    const Floats ranges_m = loadFour(&ranges_m_[static_cast<std::size_t>(pixel)]);
+    if (!hasAny(ranges_m > 0.0F)) continue;
+    const Floats elevations = loadFour(&elevations_[static_cast<std::size_t>(pixel)]);
+    Floats begins_m = ranges_m;
+    for (const int step : {-kStride, kStride, -1, 1}) {
+      const bool is_vertical = std::abs(step) == kStride;
+      SideWalk walk(ranges_m, reach_m_, is_vertical);
+      for (int i = 1; i <= kMaxStep && !walk.isDone(); ++i) {
+        const auto next = static_cast<std::size_t>(pixel + std::ptrdiff_t{step} * i);
+        const Floats up_rad = absolute(loadFour(&elevations_[next]) - elevations) / kPixelsPerRad;
+        const Floats beside_rad = Floats{} + column_rad * static_cast<float>(i);
+        walk.step(loadFour(&ranges_m_[next]), is_vertical ? up_rad : lengthOf(up_rad, beside_rad));
+      }
+      begins_m = walk.begins() < begins_m ? walk.begins() : begins_m;
     }
-    last = seen;
-    near = next;
+    const Floats margins_m = ranges_m - begins_m;
+    const Floats shares =
+        margins_m < kMinMargin * reach_m_ ? Floats{} : (margins_m + reach_m_) / ranges_m;
+    std::memcpy(&shares_[static_cast<std::size_t>(pixel)], &shares, sizeof(shares));
   }
-  return last.along_m;
 }
 
-float SurfaceMargins::marginOf(std::size_t beam) const {
-  if (places_[beam].row < 0) return 0.0F;
-  const float length_m = ends_[beam].norm();
-  float begin_m = length_m;
-  for (const Way& way : {Way{0, -1}, Way{0, 1}, Way{-1, 0}, Way{1, 0}}) {
-    begin_m = std::min(begin_m, beginOf(beam, way));
+void SurfaceMargins::compute(const Scan& scan, std::vector<float>& margins) {
+  pixels_.resize(scan.points.size() + scan.open_ends.size());
+  place(scan.points, scan.origin, pixels_.data());
+  place(scan.open_ends, scan.origin, pixels_.data() + scan.points.size());
+  std::int32_t first_pixel = kRows * kStride;
+  std::int32_t last_pixel = kNoPixel;
+  for (const std::int32_t pixel : pixels_) {
+    first_pixel = std::min(first_pixel, pixel == kNoPixel ? first_pixel : pixel);
+    last_pixel = std::max(last_pixel, pixel);
   }
-  const float margin_m = length_m - begin_m;
-  return margin_m < kMinMargin * reach_m_ ? 0.0F : margin_m + reach_m_;
-}
-
-const std::vector<float>& SurfaceMargins::compute(const Scan& scan) {
-  place(scan);
-  margins_m_.resize(ends_.size());
-  constexpr std::size_t kPart = 1024;
-  const std::size_t num_parts = (ends_.size() + kPart - 1) / kPart;
-  parallelFor(num_parts, threads_, [&](std::size_t part) {
-    const std::size_t end = std::min(ends_.size(), (part + 1) * kPart);
-    for (std::size_t i = part * kPart; i < end; ++i) margins_m_[i] = marginOf(i);
-  });
-  return margins_m_;
+  margins.assign(pixels_.size(), 0.0F);
+  if (last_pixel == kNoPixel) return;
+  const int first_row = first_pixel / kStride;
+  const int num_rows = last_pixel / kStride + 1 - first_row;
+  for (int i = 0; i < num_rows; ++i) closeCircle(first_row + i);
+  parallelFor(static_cast<std::size_t>(num_rows), threads_,
+              [&](std::size_t i) { computeShares(first_row + static_cast<int>(i)); });
+  for (std::size_t i = 0; i < margins.size(); ++i) {
+    margins[i] = shares_[static_cast<std::size_t>(pixels_[i])];
+  }
+  std::fill_n(ranges_m_.begin() + first_row * kStride, num_rows * kStride, 0.0F);
 }
 
 }  // namespace cuboid_mapping
