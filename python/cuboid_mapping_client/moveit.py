@@ -49,7 +49,7 @@ def _shape_of_primitive(primitive):
     if primitive.type == primitive.BOX:
         return _Shape((0, 0, 0), np.array(sizes[:3]) / 2)
     if primitive.type == primitive.SPHERE:
-        radius = sizes[0]
+        radius, = sizes[:1]
         return _Shape((0, 0, 0), [radius] * 3, lambda p, pad: np.linalg.norm(p, axis=1) <= radius + pad)
     if primitive.type in (primitive.CYLINDER, primitive.CONE):  # A cone is freed with the cylinder around it.
         height, radius = sizes[:2]
@@ -85,6 +85,8 @@ def boxes_in(matrix, shape, resolution, padding):
 
     matrix: pose of the shape in the map. Raises ValueError if it has too many voxels.
     """
+    if not (np.isfinite(matrix).all() and np.isfinite(shape.center).all() and np.isfinite(shape.half).all()):
+        raise ValueError('a pose or a size that is no number')
     corners = shape.center + (shape.half + padding) * np.array(np.meshgrid(*[(-1, 1)] * 3)).reshape(3, -1).T
     corners = corners @ matrix[:3, :3].T + matrix[:3, 3]
     low = np.floor(corners.min(axis=0) / resolution).astype(int)
@@ -162,12 +164,15 @@ class MapObjects:
         except ValueError as error:
             return f'{message.id}: {error} is not kept free'
         added = np.concatenate(boxes) if boxes else np.empty((0, 6))
-        if message.operation == message.APPEND and message.id in self._boxes:
-            added = np.concatenate([self._boxes[message.id], added])
-        else:
+        known = self._boxes.get(message.id)
+        if known is not None and message.operation == message.APPEND:
+            added = np.unique(np.concatenate([known, added]), axis=0)
+        if known is not None and not np.array_equal(known, added):  # A twin stays locked.
             self._release(message.id)
-        self._boxes[message.id] = added
-        return self._call(added, SetBoxRequest.FREE, True)
+        error = self._call(added, SetBoxRequest.FREE, True)
+        if error is None:  # Boxes that are refused once would be refused with those of the others.
+            self._boxes[message.id] = added
+        return error
 
     def _release(self, name):
         boxes = self._boxes.pop(name, None)

@@ -140,6 +140,31 @@ class MoveitObjectsTest(unittest.TestCase):
         self.assertIsNone(self.objects.take(CollisionObject(operation=CollisionObject.REMOVE)))
         self.assertEqual(self.locked_volume(), 0.0)
 
+    def test_one_bad_object_does_not_cost_the_others(self):
+        self.assertIsNone(self.objects.take(make_object('table', sizes=(1, 1, 0.4))))
+        for bad in (make_object('nowhere', at=(np.nan, 0, 0)), make_object('turned', turn=Quaternion(np.nan, 0, 0, 1)),
+                    make_object('infinite', sizes=(1, np.inf, 1)), make_object('short', SolidPrimitive.SPHERE, ()),
+                    make_object('far', at=(1e12, 0, 0))):
+            self.assertIsNotNone(self.objects.take(bad), bad.id)
+        self.assertIsNone(self.objects.take(make_object('cup', sizes=(0.4, 0.4, 1))))
+        self.assertIsNone(self.objects.take(CollisionObject(id='cup', operation=CollisionObject.REMOVE)))
+        self.assertAlmostEqual(self.locked_volume(), 0.4)
+        self.assertIsNone(self.objects.take(CollisionObject(operation=CollisionObject.REMOVE)))
+        self.assertEqual(self.locked_volume(), 0.0)
+
+    def test_an_object_that_comes_twice_is_one_and_stays_locked(self):
+        calls = []
+        objects = MapObjects(lambda **request: calls.append(request['lock']) or self.set_box(**request),
+                             lambda frame: np.eye(4), 0.1, 0.0)
+        for operation in (CollisionObject.ADD, CollisionObject.ADD, CollisionObject.APPEND):
+            made = make_object('table', sizes=(1, 1, 0.4))
+            made.operation = operation
+            self.assertIsNone(objects.take(made))
+            self.assertAlmostEqual(self.locked_volume(), 0.4)
+        self.assertTrue(all(calls), 'it is never unlocked')
+        self.assertIsNone(objects.take(CollisionObject(id='table', operation=CollisionObject.REMOVE)))
+        self.assertEqual(self.locked_volume(), 0.0)
+
     def test_says_what_it_cannot_do(self):
         lost = make_object('lost')
         lost.header.frame_id = 'nowhere'
