@@ -64,7 +64,7 @@ class LaunchFilesTest(unittest.TestCase):
             required = text.partition('Optional Arguments:')[0]
             names = [line.split(':')[0].strip() for line in required.splitlines()[1:]]
             if file.name == 'mapping.launch':
-                self.assertEqual(file.read_text().count('<arg '), 11)
+                self.assertEqual(file.read_text().count('<arg '), 12)
             self.assertEqual(names, {'replay.launch': ['bag'], 'merge_maps.launch': ['robots']}.get(file.name, []), file.name)
 
     def test_as_node_and_as_nodelet(self):
@@ -86,6 +86,17 @@ class LaunchFilesTest(unittest.TestCase):
         dump, words = self.load_around('<arg name="cloud" value="/scan"/>', '<arg name="type" value="laser_scan"/>')
         self.assertIn('cloud_in:=/scan', words)
         self.assertEqual(dump['/robot1/cuboid_mapping/type'], 'laser_scan')
+
+    def test_dynamic_is_one_switch_that_other_settings_override(self):
+        dump, _ = self.load_around('<arg name="dynamic" value="true"/>', '<arg name="sensor" value="velodyne"/>')
+        defaults = {key.partition('/defaults/')[2]: value for key, value in dump.items() if '/defaults/' in key}
+        expected = {}
+        for file in ('velodyne', 'dynamic'):
+            content = yaml.safe_load((ROOT / f'config/{file}.yaml').read_text())
+            expected.update({f'sensor_model/{key}': value for key, value in content.pop('sensor_model').items()})
+            expected.update(content)
+        self.assertEqual(defaults, expected)
+        self.assertIn('moving_points', expected)
 
     def load_around(self, *arguments):
         """Parameters, and the words of the node's command line, of mapping.launch in a robot's group."""
