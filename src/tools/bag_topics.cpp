@@ -240,9 +240,11 @@ void BagTopics::look(BagFiles& bags, const std::string& name, BagTopic& topic) c
     topic.type = SourceType::kLaserScan;
     (void)readFirst<sensor_msgs::LaserScan>(bags, name, topic);
   } else if (topic.datatype == datatype<sensor_msgs::Image>()) {
+    topic.is_image = true;
     const auto image = readFirst<sensor_msgs::Image>(bags, name, topic);
     if (image && isDepth(name, image->encoding)) topic.type = SourceType::kDepthImage;
   } else if (topic.datatype == datatype<sensor_msgs::CompressedImage>() && isCompressed(name)) {
+    topic.is_image = true;
     const auto image = readFirst<sensor_msgs::CompressedImage>(bags, name, topic);
     const std::string format = image ? image->format : ";";
     const std::size_t end = format.find(';');
@@ -257,8 +259,24 @@ const BagTopic* BagTopics::find(const std::string& topic) const {
   return found == topics_.end() ? nullptr : &found->second;
 }
 
-ChosenSources chooseSources(const BagTopics& topics, const NodeParameters& parameters,
+BagTopics BagTopics::withDepth(const std::vector<std::string>& wanted) const {
+  const bool has_depth = std::any_of(topics_.begin(), topics_.end(), [](const auto& item) {
+    return item.second.type == SourceType::kDepthImage;
+  });
+  BagTopics topics = *this;
+  for (auto& [name, topic] : topics.topics_) {
+    const bool is_wanted =
+        std::any_of(wanted.begin(), wanted.end(),
+                    [&name = name](const std::string& given) { return withSlash(given) == name; });
+    if (topic.is_image && (is_wanted || !has_depth)) topic.type = SourceType::kDepthImage;
+  }
+  return topics;
+}
+
+ChosenSources chooseSources(const BagTopics& all, const NodeParameters& parameters,
                             bool is_type_set, const std::vector<std::string>& wanted) {
+  const bool wants_depth = is_type_set && parameters.source.type == SourceType::kDepthImage;
+  const BagTopics topics = wants_depth ? all.withDepth(wanted) : all;
   if (!parameters.sources.empty()) {
     if (!wanted.empty()) throw std::runtime_error("--topic does not go with a list of sources");
     return checkSources(topics, parameters);

@@ -19,6 +19,7 @@ struct BagTopic {
   std::uint64_t num_messages = 0;
   // Members for topics of sensors, from the first message:
   std::optional<SourceType> type;  ///< Nothing if it cannot be mapped.
+  bool is_image = false;           ///< Of any content.
   std::string frame_id;
 };
 
@@ -30,6 +31,8 @@ class BagTopics {
 
   [[nodiscard]] const BagTopic* find(const std::string& topic) const;
   [[nodiscard]] const std::map<std::string, BagTopic>& all() const { return topics_; }
+  /// The same, where the given images are depth images; all images, if none is one.
+  [[nodiscard]] BagTopics withDepth(const std::vector<std::string>& wanted) const;
 
  private:
   void look(BagFiles& bags, const std::string& name, BagTopic& topic) const;
@@ -50,6 +53,7 @@ struct ChosenSources {
 ///   - given topics: each is a source of its type, with the same parameters;
 ///   - no topics: all clouds that are not in the frame of the map, else all planar scans, else all depth images
 ///     with camera_info; with `is_type_set`, all of the parameters' type.
+/// With the type of depth images, images that are given, or the only ones, are taken as such, whatever their encoding.
 ///
 /// @throws std::runtime_error  if a given topic is missing or has another type, or no topic is left; the text
 ///                             lists the topics, and says what to do.

@@ -3,6 +3,7 @@
 
 #include "command_line.h"
 #include "cuboid_mapping/io/text.h"
+#include "cuboid_mapping/ros/mapping/static_publishers.h"
 #include "cuboid_mapping/ros/mapping/to_and_fro.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 
@@ -117,6 +118,7 @@ void BagTransforms::read(BagFiles& bags, const BagTopics& topics, const std::str
 void BagTransforms::readTopics(BagFiles& bags, const std::vector<std::string>& topics) {
   TfLog log;
   std::map<std::string, Moving> moving;
+  StaticPublishers publishers;
   for (const BagMessage& message : bags.collect(topics)) {
     cuboid_mapping::throwIfInterrupted();
     const auto transforms = bags.read<tf2_msgs::TFMessage>(message);
@@ -125,6 +127,8 @@ void BagTransforms::readTopics(BagFiles& bags, const std::vector<std::string>& t
     for (const geometry_msgs::TransformStamped& transform : transforms->transforms) {
       if (is_static) {
         statics_.push_back({message.instance.getTime(), tidyTransform(transform)});
+        const std::string warning = publishers.note(transform, message.instance.getCallerId());
+        if (!warning.empty()) notes_.push_back("warning: " + warning);
       } else {
         (void)tf_.setTransform(transform, "bag");
         Moving& frame = moving[withoutSlash(transform.child_frame_id)];

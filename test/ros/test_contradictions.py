@@ -110,6 +110,8 @@ class ContradictionsTest(InputCase):
         expected = [STATIC, ('/scan', good, 1.0)]
         for angles, words in (((-90.0, 90.0, 1.0), 'taken as degrees'),
                               ((good.angle_min, good.angle_max, 1.0), 'from angle_min to angle_max'),
+                              ((good.angle_min, good.angle_max, math.nan), 'from angle_min to angle_max'),
+                              ((good.angle_min, 2 * good.angle_max, good.angle_increment), 'the increment counts'),
                               ((good.angle_min, good.angle_max, 0.0), 'from angle_min to angle_max')):
             scan = make_scan(ranges)
             scan.angle_min, scan.angle_max, scan.angle_increment = angles
@@ -146,7 +148,46 @@ class ContradictionsTest(InputCase):
             self.assertEqual(said.count('are ignored'), 1, said)
             self.assertEqual(self.voxels(), expected)
 
+    def test_limits_of_a_scan_that_were_left_unset_do_not_count(self):
+        ranges = [4.0 + 0.005 * number for number in range(181)]
+        unset = [STATIC, ('/scan', make_scan(ranges, range_max=0.0), 1.0)]
+        self.expect_same(unset, [STATIC, ('/scan', make_scan(ranges), 1.0)], 'taken as unset')
+        self.expect_node(unset, type='laser_scan')
+
+    def test_a_principal_point_that_was_left_unset_is_the_middle(self):
+        good = depth_of(STEEP.astype(np.uint16), CAMERA)
+        camera = make_camera(20, 20, 20.0)
+        camera.K[2] = camera.K[5] = camera.P[2] = camera.P[6] = 0.0
+        unset = depth_of(STEEP.astype(np.uint16), camera)
+        self.expect_same(unset, good, 'the middle of the image is taken')
+        self.expect_node(unset, type='depth_image')
+
+    def test_an_image_is_of_depths_if_the_type_says_so(self):
+        good = depth_of(STEEP.astype(np.uint16), CAMERA)
+        other = depth_of(STEEP.astype(np.uint16), CAMERA)
+        other[-1] = ('/camera/image', make_depth(STEEP.astype(np.uint16)), 1.0)
+        other[-1][1].encoding = 'mono16'
+        self.assertIn('cannot be mapped', self.map_records(other, '--topic', '/camera/image', status=1))
+        self.expect_same(other, good, '', '--set', 'type=depth_image')
+        both = good + [('/camera/image', other[-1][1], 1.5)]
+        expected = self.voxels()
+        self.map_records(both, '--set', 'type=depth_image', '--topic', '/camera/image')
+        self.assertEqual(self.voxels(), expected)
+        other[-1][1].encoding = '64FC1'
+        self.assertIn("its encoding is '64FC1'", self.map_records(other, '--set', 'type=depth_image', status=1))
+
     # Layouts.
+
+    def test_a_cloud_of_no_columns_or_rows_has_one(self):
+        for size in ({'width': 0, 'height': len(ROW)}, {'width': len(ROW), 'height': 0}):
+            records = [STATIC] + clouds(make_cloud(ROW, **size))
+            self.map_records(records)
+            self.assertEqual(self.voxels(), set(ROW))
+
+    def test_data_of_more_points_than_the_cloud_has_is_named(self):
+        few = [STATIC] + clouds(make_cloud(ROW[:2]))
+        records = [STATIC] + clouds(make_cloud(ROW, width=2, row_step=24))
+        self.expect_same(records, few, 'the rest is left out')
 
     def test_a_point_step_within_the_fields_is_that_of_the_data(self):
         for step in (0, 4, 11):

@@ -4,10 +4,11 @@
 import os
 
 import numpy as np
+import rosbag
 import rospy
 import rostest
 from input_cases import MOVING, RESOLUTION_M, ROW, STATIC, WALL, InputCase, clouds, depth_of
-from sensor_bags import compress_depth, make_camera, make_cloud, make_depth, make_scan, make_tf, write_bag
+from sensor_bags import at, compress_depth, make_camera, make_cloud, make_depth, make_scan, make_tf, write_bag
 
 
 def scan_of(*ranges):
@@ -136,6 +137,18 @@ class OtherInputsTest(InputCase):
         self.assertEqual(self.voxels('doubles'), {(5572099.15, 466880.25, 330.05)})
 
     # Changes during a recording.
+
+    def test_static_transforms_that_contradict_each_other_are_named(self):
+        with rosbag.Bag(self.folder / 'statics.bag', 'w') as bag:
+            for number, (publisher, up_m) in enumerate((('/one', 0.0), ('/one', 1.0), ('/two', 1.0), ('/two', 3.0))):
+                message = make_tf('map', 'lidar', position=(0.0, 0.0, up_m))
+                header = {'topic': '/tf_static', 'type': message._type, 'md5sum': message._md5sum, 'latching': '1',
+                          'message_definition': message._full_text, 'callerid': publisher}
+                bag.write('/tf_static', message, at(0.1 * number), connection_header=header)
+                bag._topic_connections.pop('/tf_static')  # A connection for each publisher.
+            bag.write('/points', make_cloud(ROW), at(1.0))
+        said = self.map_bags('statics.bag')
+        self.assertEqual(said.count("'lidar' has different static transforms from /one and /two"), 1, said)
 
     def test_a_static_transform_holds_until_the_next(self):
         first = clouds(make_cloud(ROW))

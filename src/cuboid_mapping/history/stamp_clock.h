@@ -21,6 +21,8 @@ class StampClock {
     const auto [found, is_first] = sources_.try_emplace(source, Source{stamp_ns, 0, std::nullopt});
     Source& own = found->second;
     if (is_first && now_ns_ && !isNear(stamp_ns, *now_ns_)) own.offset_ns = *now_ns_ - stamp_ns;
+    if (stamp_ns == own.doubted_ns)
+      return own.last_ns + own.offset_ns;  // Its twin confirms nothing.
     if (own.doubted_ns && distance(stamp_ns, *own.doubted_ns) < distance(stamp_ns, own.last_ns)) {
       if (*own.doubted_ns < own.last_ns) own.offset_ns = *now_ns_ - *own.doubted_ns;
       own.last_ns = *own.doubted_ns;

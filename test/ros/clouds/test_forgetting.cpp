@@ -202,7 +202,7 @@ TEST_F(ForgettingTest, OneStampThatLeadsTheOthersForgetsNothing) {
     forgetting_ = Forgetting(makeParameters(10.0));
     seeOnce(1000.0, {0, 1});
     seeOnce(1000.5, {2});
-    seeOnce(1000.6 + leading_s, {2});
+    for (int twin = 0; twin < 2; ++twin) seeOnce(1000.6 + leading_s, {2});
     seeOnce(1000.7, {2});
     seeOnce(1000.8, {3});
     EXPECT_EQ(known(), (Bricks{0, 1, 2, 3})) << leading_s;

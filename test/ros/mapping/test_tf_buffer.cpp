@@ -101,5 +101,28 @@ TEST_F(TfGaps, AreNoneBeforeAStaticOrTheNewestTransform) {
   EXPECT_TRUE(find(0.0).poses) << "a cloud without a stamp gets the newest";
 }
 
+TEST(TfBuffer, AStampThatLeadsHoldsWhenTheNextOneConfirmsIt) {
+  TfBuffer tf{ros::Duration(10.0), 1.0};
+  const auto send = [&](double stamp_s) {
+    geometry_msgs::TransformStamped transform;
+    transform.header.frame_id = "map";
+    transform.header.stamp = ros::Time(stamp_s);
+    transform.child_frame_id = "base";
+    transform.transform.rotation.w = 1.0;
+    tf.setTransform(transform, "test");
+  };
+  const auto knows = [&](double stamp_s) {
+    return tf.canTransform("map", "base", ros::Time(stamp_s)) &&
+           !tf.findGap("map", "base", ros::Time(stamp_s));
+  };
+  for (const double stamp_s : {1000.0, 1000.5, 1048.0, 1048.0, 1001.0, 1001.5}) send(stamp_s);
+  EXPECT_TRUE(knows(1000.2)) << "one stamp 48 s ahead, sent twice, is a fault";
+  EXPECT_TRUE(knows(1001.2));
+  EXPECT_FALSE(knows(1048.0));
+  for (const double stamp_s : {1030.0, 1030.5}) send(stamp_s);
+  EXPECT_TRUE(knows(1030.2)) << "two are a publisher that goes on after a pause";
+  EXPECT_FALSE(knows(1015.0));
+}
+
 }  // namespace
 }  // namespace cuboid_mapping_ros

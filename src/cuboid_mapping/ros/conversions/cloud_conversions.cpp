@@ -273,6 +273,11 @@ ConvertedCloud convertCloud(const sensor_msgs::PointCloud2& message, const Cloud
   const bool wants_no_returns = options.no_return_range_m > 0.0;
   CloudPoints cloud;
   if (!reader.order().warning.empty()) cloud.warnings.push_back(reader.order().warning);
+  if (message.data.size() >= 2 * reader.layout().numBytes()) {
+    cloud.warnings.push_back(
+        "the clouds have data of more points than width and height say: the rest is left out. "
+        "Correct them in the driver");
+  }
   cloud.anchor_cloud = findAnchor(reader, options.T_cloud_sensor.translation());
   cloud.points.reserve(reader.layout().width * reader.layout().height);
   std::uint32_t number = 0;

@@ -49,6 +49,11 @@ Pinhole makePinhole(const CameraInfo& camera) {
           pinhole.cy / binning_y};
 }
 
+/// Whether the principal point was left unset.
+bool hasNoCentre(const CameraInfo& camera) {
+  return camera.K[2] == 0.0 && camera.K[5] == 0.0 && camera.P[2] == 0.0 && camera.P[6] == 0.0;
+}
+
 bool isUsable(const Pinhole& pinhole) {
   return std::isfinite(pinhole.cx) && std::isfinite(pinhole.cy) && std::isnormal(pinhole.fx) &&
          std::isnormal(pinhole.fy);
@@ -292,13 +297,19 @@ ConvertedCloud convertDepthImage(const DepthImage& depth, const CloudOptions& op
     return convertDepthImage({std::get<Image::ConstPtr>(image), depth.camera}, options);
   }
   const Image& image = *depth.image;
-  const Pinhole pinhole = makePinhole(*depth.camera);
+  Pinhole pinhole = makePinhole(*depth.camera);
   if (auto error = checkImage(image, pinhole)) return *error;
   if (auto error = checkSize(image, *depth.camera)) return *error;
   CloudPoints cloud;
   const double unit_m = options.depth_unit_m > 0.0 ? options.depth_unit_m : usualUnit_m(image);
   const ByteOrder order = findByteOrder(image, unit_m);
   if (!order.warning.empty()) cloud.warnings.push_back(order.warning);
+  if (hasNoCentre(*depth.camera)) {
+    pinhole.cx = 0.5 * (image.width - 1.0);
+    pinhole.cy = 0.5 * (image.height - 1.0);
+    cloud.warnings.push_back(
+        "camera_info has its principal point at 0, 0: the middle of the image is taken");
+  }
   if (pinhole.fx < 0.0 || pinhole.fy < 0.0) {
     cloud.warnings.push_back(
         "camera_info has a negative focal length: the points are mirrored, unless y of frame '" +

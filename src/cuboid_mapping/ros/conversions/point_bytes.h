@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <cstring>
 #include <string>
+#include <utility>
 
 namespace cuboid_mapping_ros {
 
@@ -59,11 +60,12 @@ struct CloudLayout {
 }
 
 /// The layout that a message describes. An impossible number is replaced if the size of the data allows
-/// only one value: height 0, a point_step that is less than the fields x, y and z, and a row_step of 0 or of the whole cloud,
+/// only one value: height or width 0, a point_step that is less than the fields x, y and z, and a row_step of 0 or of the whole cloud,
 /// if the rows have no gaps.
 [[nodiscard]] inline CloudLayout layoutOf(const sensor_msgs::PointCloud2& cloud) {
   const std::uint64_t num_bytes = cloud.data.size();
   CloudLayout layout{cloud.width, cloud.height, cloud.point_step, cloud.row_step};
+  if (layout.width == 0) std::swap(layout.width, layout.height);
   if (num_bytes == 0 || layout.width == 0) return layout;
   const std::uint64_t given_row_bytes = layout.width * layout.point_step;
   if (layout.height == 0 && given_row_bytes == num_bytes) layout.height = 1;

@@ -28,10 +28,6 @@ std::optional<CloudError> checkScan(const LaserScan& scan) {
   if (scan.ranges.empty()) {
     return makeError(DropReason::kNoPoints, scan, "it has no ranges");
   }
-  const auto num_ranges = static_cast<float>(scan.ranges.size());
-  if (!std::isfinite(scan.angle_min + scan.angle_increment * num_ranges)) {
-    return makeError(DropReason::kBadLayout, scan, "angle_min or angle_increment is no number");
-  }
   return std::nullopt;
 }
 
@@ -53,12 +49,13 @@ LaserBeams chooseBeams(const LaserScan& scan, const CloudOptions& options) {
   beams.scan.intensities.clear();
   beams.scan.range_min = std::numeric_limits<float>::lowest();
   beams.scan.range_max = std::numeric_limits<float>::max();
+  const float range_max = rangeMaxOf(scan);
   beams.returns.resize(scan.ranges.size());
   for (std::size_t i = 0; i < scan.ranges.size(); ++i) {
     float& range = beams.scan.ranges[i];
     NoReturnPoints reading = classifyReading(static_cast<double>(range));
     const bool is_named = contains(options.no_return_ranges_m, static_cast<double>(range));
-    if (reading == NoReturnPoints::kNone && range >= scan.range_max) {
+    if (reading == NoReturnPoints::kNone && range >= range_max) {
       reading = NoReturnPoints::kRangeMax;
     }
     beams.returns[i] = reading == NoReturnPoints::kNone && !is_named && range >= scan.range_min;
@@ -72,17 +69,24 @@ LaserBeams chooseBeams(const LaserScan& scan, const CloudOptions& options) {
   return beams;
 }
 
-/// Corrects angles that contradict each other: an increment of 0, or one by which the scan goes round more than twice.
-/// Then the limits count, or if these go round too often, all angles are degrees. @return The warning; empty if the angles
-/// are good.
+/// Corrects angles that contradict each other: an increment that is 0 or no number, or by which the scan goes round more
+/// than twice. Then the limits count, or if these go round too often, all angles are degrees. Of two angles that are
+/// possible, the increment counts, as in laser_geometry. @return The warning; empty if the angles agree.
 std::string correctAngles(LaserScan& scan) {
   const auto is_sane = [](double span) {
-    return span != 0.0 && std::abs(span) <= 4.0 * M_PI + 1e-3;
+    return span != 0.0 && std::abs(span) <= 4.0 * M_PI + 1e-3;  // Not NaN.
   };
   const double num_steps = static_cast<double>(scan.ranges.size()) - 1.0;
   const double span = static_cast<double>(scan.angle_increment) * num_steps;
-  if (num_steps < 1.0 || is_sane(span)) return "";
+  if (num_steps < 1.0) return "";
   const double limits = static_cast<double>(scan.angle_max) - static_cast<double>(scan.angle_min);
+  if (is_sane(span)) {
+    const double least = 0.1 * std::abs(span) + 3.0 * std::abs(span) / num_steps;
+    if (!is_sane(limits) || std::abs(span - limits) <= least) return "";
+    return "angle_increment does not lead from angle_min to angle_max: the increment counts. "
+           "Correct "
+           "the driver";
+  }
   const std::string contradiction =
       "angle_increment is " + cuboid_mapping::toText(static_cast<double>(scan.angle_increment)) +
       ", which cannot be in a scan of " + std::to_string(scan.ranges.size()) + " ranges: ";
@@ -158,6 +162,10 @@ struct BytesOf {
 
 }  // namespace
 
+float rangeMaxOf(const LaserScan& scan) {
+  return scan.range_max > scan.range_min ? scan.range_max : std::numeric_limits<float>::infinity();
+}
+
 ConvertedCloud convertLaserScan(const LaserScan& scan, const CloudOptions& options) {
   if (auto error = checkScan(scan)) return *error;
   if (options.point_unit_m > 0.0 && options.point_unit_m != 1.0) {
@@ -167,11 +175,19 @@ ConvertedCloud convertLaserScan(const LaserScan& scan, const CloudOptions& optio
   }
   LaserBeams beams = chooseBeams(scan, options);
   std::string warning = correctAngles(beams.scan);
+  const auto num_ranges = static_cast<float>(scan.ranges.size());
+  if (!std::isfinite(beams.scan.angle_min + beams.scan.angle_increment * num_ranges)) {
+    return makeError(DropReason::kBadLayout, scan, "angle_min or angle_increment is no number");
+  }
   sensor_msgs::PointCloud2 projected;
   laser_geometry::LaserProjection().projectLaser(beams.scan, projected, -1.0,
                                                  laser_geometry::channel_option::Index);
   CloudPoints cloud;
   if (!warning.empty()) cloud.warnings.push_back(std::move(warning));
+  if (rangeMaxOf(scan) != scan.range_max) {
+    cloud.warnings.push_back("range_max, " + toMillimetres(scan.range_max) +
+                             " m, is not above range_min: it is taken as unset");
+  }
   cloud.points.reserve(projected.width);
   sensor_msgs::PointCloud2ConstIterator<float> point(projected, "x");
   sensor_msgs::PointCloud2ConstIterator<std::int32_t> index(projected, "index");

@@ -48,6 +48,9 @@ struct SensorMessage {
 [[nodiscard]] ConvertedCloud convertLaserScan(const sensor_msgs::LaserScan& scan,
                                               const CloudOptions& options = {});
 
+/// The maximum range of a scan; infinity if it is not above range_min: then its driver has left it unset.
+[[nodiscard]] float rangeMaxOf(const sensor_msgs::LaserScan& scan);
+
 /// Whether a camera_info has a focal length: an uncalibrated camera has none.
 [[nodiscard]] bool hasFocalLength(const sensor_msgs::CameraInfo& camera);
 

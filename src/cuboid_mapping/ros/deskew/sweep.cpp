@@ -134,7 +134,7 @@ struct TimesReader {
     for (std::size_t i = 0; i < scan->ranges.size(); ++i) {
       times.numbers.push_back(static_cast<double>(i) * static_cast<double>(scan->time_increment));
       const float range_m = scan->ranges[i];
-      const bool is_return = range_m >= scan->range_min && range_m < scan->range_max;
+      const bool is_return = range_m >= scan->range_min && range_m < rangeMaxOf(*scan);
       if (!is_return && !wants_no_returns)
         times.numbers.back() = std::numeric_limits<double>::quiet_NaN();
     }

@@ -12,6 +12,7 @@
 #include <locale>
 #include <numeric>
 #include <sstream>
+#include <vector>
 
 namespace cuboid_mapping_ros {
 namespace {
@@ -179,10 +180,10 @@ SpeedWatch::SpeedWatch(double resolution_m, double max_range_m, std::size_t num_
     : resolution_m_(resolution_m), max_range_m_(max_range_m), sources_(num_sources) {}
 
 void SpeedWatch::noteReceived(double stamp_s, std::size_t source) {
-  std::deque<double>& stamps_s = sources_.at(source).stamps_s;
-  if (!stamps_s.empty() && stamp_s == stamps_s.back()) return;
-  if (!stamps_s.empty() && stamp_s < stamps_s.back()) stamps_s.clear();
-  append(stamps_s, stamp_s);
+  std::deque<double>& times_s = sources_.at(source).times_s;
+  const double time_s =
+      1e-9 * static_cast<double>(clock_.note(std::llround(1e9 * stamp_s), source));
+  if (times_s.empty() || time_s > times_s.back()) append(times_s, time_s);
 }
 
 void SpeedWatch::noteInserted(double duration_s, double reach_m, std::size_t source) {
@@ -192,19 +193,19 @@ void SpeedWatch::noteInserted(double duration_s, double reach_m, std::size_t sou
 }
 
 std::optional<double> SpeedWatch::rateHz(std::size_t source) const {
-  const std::deque<double>& stamps_s = sources_.at(source).stamps_s;
-  if (stamps_s.size() < 3) return std::nullopt;
-  const double span_s = stamps_s.back() - stamps_s.front();
-  const double gap_s = 3.0 * span_s / static_cast<double>(stamps_s.size() - 1);
-  double sum_s = 0.0;
-  std::size_t count = 0;
-  for (std::size_t i = 1; i < stamps_s.size(); ++i) {
-    const double period_s = stamps_s[i] - stamps_s[i - 1];
-    if (period_s > gap_s) continue;
-    sum_s += period_s;
-    ++count;
+  const std::deque<double>& times_s = sources_.at(source).times_s;
+  if (times_s.size() < 3) return std::nullopt;
+  std::vector<double> periods_s;
+  for (std::size_t i = 1; i < times_s.size(); ++i) periods_s.push_back(times_s[i] - times_s[i - 1]);
+  std::sort(periods_s.begin(), periods_s.end());
+  double sum_s = times_s.back() - times_s.front();
+  for (; periods_s.size() > 1; periods_s.pop_back()) {
+    const double longest_s = periods_s.back();
+    const double others_s = (sum_s - longest_s) / static_cast<double>(periods_s.size() - 1);
+    if (longest_s <= 3.0 * others_s) break;
+    sum_s -= longest_s;
   }
-  return static_cast<double>(count) / sum_s;
+  return static_cast<double>(periods_s.size()) / sum_s;
 }
 
 SpeedWatch::Load SpeedWatch::load() const {

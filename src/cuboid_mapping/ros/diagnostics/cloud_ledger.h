@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "cuboid_mapping/history/stamp_clock.h"
 #include "cuboid_mapping/ros/diagnostics/node_statistics.h"
 #include "cuboid_mapping/ros/middleware/rate_limit.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
@@ -30,7 +31,7 @@ class SpeedWatch {
                       double max_range_m = std::numeric_limits<double>::infinity(),
                       std::size_t num_sources = 1);
 
-  /// Notes an arrived cloud, also if it is dropped later. Ignores stamps that do not rise.
+  /// Notes an arrived cloud, also if it is dropped later. Stamps that jump, see StampClock.
   void noteReceived(double stamp_s, std::size_t source = 0);
   /// Notes a cloud in the map. @param reach_m  See CloudFigures::reach_m.
   void noteInserted(double duration_s, double reach_m, std::size_t source = 0);
@@ -63,10 +64,11 @@ class SpeedWatch {
   double resolution_m_;
   double max_range_m_;
   struct Source {
-    std::deque<double> stamps_s;
+    std::deque<double> times_s;  ///< Of its last clouds, by the clock.
     std::deque<double> durations_s;
   };
   std::vector<Source> sources_;
+  cuboid_mapping::StampClock clock_;
   std::size_t num_inserted_ = 0;
   double reach_m_ = 0.0;  ///< Greatest reach of all clouds.
 };

@@ -9,6 +9,7 @@
 #include <tf2/exceptions.h>
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 
 namespace cuboid_mapping_ros {
@@ -22,10 +23,27 @@ constexpr std::uint32_t kTfQueueSize = 100;
 bool TfBuffer::setTransform(const geometry_msgs::TransformStamped& transform,
                             const std::string& authority, bool is_static) {
   const geometry_msgs::TransformStamped tidy = tidyTransform(transform);
-  if (!tf2::BufferCore::setTransform(tidy, authority, is_static)) return false;
-  if (is_static) return true;
+  if (is_static) return tf2::BufferCore::setTransform(tidy, authority, true);
   const std::lock_guard<std::mutex> lock(mutex_);
-  noteTime(times_[tidy.child_frame_id], tidy.header.stamp.toSec());
+  Times& times = times_[tidy.child_frame_id];
+  const double stamp_s = tidy.header.stamp.toSec();
+  if (times.doubted) {
+    const double doubted_s = times.doubted->header.stamp.toSec();
+    if (stamp_s == doubted_s) return true;  // Its twin confirms nothing.
+    const bool is_confirmed = std::abs(stamp_s - doubted_s) < std::abs(stamp_s - times.newest_s);
+    if (is_confirmed) (void)insert(*times.doubted, authority, times);
+    times.doubted.reset();
+  }
+  const bool leads = times.newest_s > 0.0 && stamp_s - times.newest_s > 0.5 * cache_s_;
+  if (!leads) return insert(tidy, authority, times);
+  times.doubted = tidy;
+  return true;
+}
+
+bool TfBuffer::insert(const geometry_msgs::TransformStamped& transform,
+                      const std::string& authority, Times& times) {
+  if (!tf2::BufferCore::setTransform(transform, authority, false)) return false;
+  noteTime(times, transform.header.stamp.toSec());
   return true;
 }
 
@@ -119,7 +137,12 @@ void TfReceiver::take(const Event& event, bool is_static) {
   for (const auto& transform : event.getConstMessage()->transforms) {
     try {
       buffer_.setTransform(transform, event.getPublisherName(), is_static);
-      if (!is_static) noteMove(transform, event.getPublisherName());
+      if (!is_static) {
+        noteMove(transform, event.getPublisherName());
+      } else if (const std::string warning = statics_.note(transform, event.getPublisherName());
+                 !warning.empty()) {
+        ROS_WARN_STREAM_NAMED(kNodeName, warning);
+      }
     } catch (const tf2::TransformException& exception) {
       ROS_ERROR_STREAM_THROTTLE(10.0, "a transform of '" << transform.child_frame_id
                                                          << "' is ignored: " << exception.what());

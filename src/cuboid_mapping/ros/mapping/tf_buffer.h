@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "cuboid_mapping/ros/mapping/static_publishers.h"
 #include "cuboid_mapping/ros/mapping/to_and_fro.h"
 
 #include <geometry_msgs/TransformStamped.h>
@@ -37,7 +38,9 @@ class TfBuffer : public tf2::BufferCore {
                     double max_gap_s = std::numeric_limits<double>::infinity())
       : tf2::BufferCore(cache), cache_s_(cache.toSec()), max_gap_s_(max_gap_s) {}
 
-  /// As tf2's, also for rotations that were written with few digits; see tidyTransform().
+  /// As tf2's, also for rotations that were written with few digits; see tidyTransform(). A stamp that leads its frame's
+  /// newest by more than half of the cache holds when the frame's next one is near it: tf2 would forget the right
+  /// transforms, and refuse those to come.
   bool setTransform(const geometry_msgs::TransformStamped& transform, const std::string& authority,
                     bool is_static = false);
   void clear();
@@ -58,8 +61,12 @@ class TfBuffer : public tf2::BufferCore {
   struct Times {
     double oldest_s = 0.0;
     double newest_s = 0.0;
-    std::map<double, double> gap_ends_s;  ///< Ends of the gaps, by their begins.
+    std::map<double, double> gap_ends_s;                     ///< Ends of the gaps, by their begins.
+    std::optional<geometry_msgs::TransformStamped> doubted;  ///< It leads, until the next one.
   };
+
+  bool insert(const geometry_msgs::TransformStamped& transform, const std::string& authority,
+              Times& times);
 
   void noteTime(Times& times, double stamp_s) const;
   double cache_s_;
@@ -96,6 +103,7 @@ class TfReceiver {
 
   TfBuffer& buffer_;
   std::map<std::string, Moving> moving_;
+  StaticPublishers statics_;
   ros::Time latest_;  ///< Latest time of the node.
   ros::Subscriber subscriber_;
   ros::Subscriber static_subscriber_;
