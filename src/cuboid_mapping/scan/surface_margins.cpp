@@ -21,6 +21,7 @@ constexpr int kMaxStep = 6;
 constexpr int kRows = 181 + 2 * kMaxStep;
 constexpr int kMiddleRow = kRows / 2;
 constexpr int kStride = kColumns + 2 * kMaxStep;
+constexpr int kMiddleColumn = kStride / 2;
 /// Pixel of ends that have no direction: empty.
 constexpr std::int32_t kNoPixel = 0;
 /// In reaches: a longer gap between two neighbours is one of a surface only if the nearer one is grazed, too.
@@ -89,8 +90,8 @@ Directions directionsOf(const Floats& x, const Floats& y, const Floats& z) {
   const Polar flat = toPolar(absolute(x), absolute(y));
   const Polar beam = toPolar(flat.length, absolute(z));
   const Floats from_back = x < 0.0F ? kPi - flat.arc_rad : flat.arc_rad;
-  const Floats column = kStride / 2 + (y < 0.0F ? -from_back : from_back) * kPixelsPerRad;
-  const Floats row = kMiddleRow + (z < 0.0F ? -beam.arc_rad : beam.arc_rad) * kPixelsPerRad;
+  const Floats column = float{kMiddleColumn} + (y < 0.0F ? -from_back : from_back) * kPixelsPerRad;
+  const Floats row = float{kMiddleRow} + (z < 0.0F ? -beam.arc_rad : beam.arc_rad) * kPixelsPerRad;
   const Flags has_direction = (beam.length > kMinRange_m) & (beam.length < kMaxRange_m);
   const Flags row_index = __builtin_convertvector((has_direction ? row : Floats{}) + 0.5F, Flags);
   const Flags column_index =
