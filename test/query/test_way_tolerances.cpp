@@ -137,6 +137,16 @@ TEST(WayTolerances, APathEndsAtTheNearestReachablePlace) {
   EXPECT_NEAR(findTolerantly(rooms, task)->goal_distance_m, 491.5, 1e-9) << "outside the map";
 }
 
+TEST(WayTolerances, AnAnswerNamesTheVoxelOfTheEndThatBlocks) {
+  CorridorTask task = fromTheWall();
+  task.start_tolerance_m = 1.0;
+  task.goal_map = {21, 6, 2};
+  const auto blocked = findTolerantly(roomsOfMetres(true), task);
+  EXPECT_EQ(endOf(blocked), "goal");
+  ASSERT_TRUE(blocked.value.met);
+  EXPECT_GE(blocked.value.met->x, 20) << "not the wall at the start";
+}
+
 TEST(WayTolerances, MustBeNumbersOfAtLeast0) {
   CorridorTask task = fromTheWall();
   task.start_tolerance_m = -1.0;

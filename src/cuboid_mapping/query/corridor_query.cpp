@@ -63,8 +63,10 @@ class CorridorSearch {
 
   Answer<Corridor> run() {
     const bool is_start_blocked = isBlocked(start_);
+    const std::optional<Cell> met_at_start = corridor_.met;
     if (is_start_blocked && !(task_.start_tolerance_m > 0.0)) return notFound(Blocked::kStart);
     if (isBlocked(goal_) && !moveGoal()) return notFound(Blocked::kGoal);
+    if (is_start_blocked) corridor_.met = met_at_start;
     PlaceSearch search(graph_, field_.placesIn(goal_.box));
     AnswerStatus status =
         is_start_blocked ? leaveStart(search) : search.run(field_.placesIn(start_.box), budget());
@@ -105,7 +107,7 @@ class CorridorSearch {
       is_occupied = map_.voxels().at(voxel) == Occupancy::kOccupied;
       if (is_occupied || !met) met = voxel;
     });
-    if (!corridor_.met) corridor_.met = met;
+    corridor_.met = met;
     return true;
   }
 

@@ -129,12 +129,14 @@ Answer<PosePath> searchOnce(const CuboidMap& map, const PosePathTask& task, Unkn
   const auto is_blocked = [&](const Eigen::Isometry3d& pose) {
     const bool is_met = probe.findContact(pose).has_value();
     path.num_poses = probe.numPoses();
-    if (!is_met || path.met) return is_met;
+    if (!is_met) return false;
+    path.met.reset();
     BodyProbe anywhere(map, task.body, policy, budget);  // Not in the region only.
     if (const auto contact = anywhere.findContact(pose)) path.met = contact->voxel;
     return true;
   };
   const bool is_start_blocked = is_blocked(task.start_map);
+  const std::optional<Cell> met_at_start = path.met;
   const Body core = is_start_blocked ? findCore(map, task.body, task.start_map, budget) : Body();
   const bool may_leave =
       task.start_tolerance_m > 0.0 && !(core.spheres.empty() && core.boxes.empty());
@@ -143,6 +145,7 @@ Answer<PosePath> searchOnce(const CuboidMap& map, const PosePathTask& task, Unkn
   const bool is_goal_blocked = is_blocked(task.goal_map) && !search.moveGoal();
   if (budget.isSpent()) return {AnswerStatus::kBudgetSpent, path};
   if (is_goal_blocked) return notFound(path, Blocked::kGoal);
+  if (is_start_blocked) path.met = met_at_start;
 
   BodyProbe core_probe(map, core, UnknownPolicy::kFree, budget);
   if (is_start_blocked) search.leaveStart(core_probe);
