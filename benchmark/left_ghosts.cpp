@@ -112,9 +112,9 @@ class Drive {
   /// As Lidar has it.
   [[nodiscard]] Eigen::Vector3d directionOf(int index) const {
     const double step = config_.rings > 1 ? 1.0 / (config_.rings - 1) : 0.0;
-    const double elevation =
-        config_.max_elevation_rad -
-        (index / config_.columns) * step * (config_.max_elevation_rad - config_.min_elevation_rad);
+    const int ring = index / config_.columns;
+    const double elevation = config_.max_elevation_rad -
+                             ring * step * (config_.max_elevation_rad - config_.min_elevation_rad);
     const double azimuth = 2.0 * M_PI * (index % config_.columns) / config_.columns;
     return {std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth),
             std::sin(elevation)};
