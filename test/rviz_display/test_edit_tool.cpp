@@ -89,7 +89,9 @@ class EditToolTest : public testing::Test {
                     Qt::KeyboardModifiers modifiers = Qt::NoModifier) {
     const bool is_move = type == QEvent::MouseMove;
     const bool is_up = type == QEvent::MouseButtonRelease;
-    QMouseEvent event(type, pixelOf(point), is_move ? Qt::NoButton : Qt::LeftButton,
+    const QPoint at = pixelOf(point);
+    QMouseEvent event(type, at, window().panel().mapToGlobal(at),
+                      is_move ? Qt::NoButton : Qt::LeftButton,
                       is_up ? Qt::NoButton : Qt::LeftButton, modifiers);
     QApplication::sendEvent(&window().panel(), &event);
     window().update();
