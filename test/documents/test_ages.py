@@ -96,6 +96,14 @@ class KeepTest(unittest.TestCase):
         self.assertEqual(result.returncode, 1)
         self.assertIn('name the command', result.stderr)
 
+    def test_it_warns_of_a_commit_that_a_rebase_may_replace(self):
+        self.git('branch', '--move', '--force', 'main')
+        self.assertEqual(self.keep('true').stderr, '')
+        self.git('checkout', '--quiet', '-b', 'work')
+        (self.folder / 'source').write_text('2')
+        self.git('-c', 'user.name=t', '-c', 'user.email=t', 'commit', '--quiet', '--all', '--message=t')
+        self.assertIn('not on main', self.keep('true').stderr)
+
     def test_nothing_is_kept_of_changes_that_are_in_no_commit(self):
         (self.folder / 'source').write_text('2')
         result = self.keep('true')
