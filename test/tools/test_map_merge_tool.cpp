@@ -54,7 +54,7 @@ TEST(MapTools, putMapsTogether) {
   EXPECT_EQ(voxels().size(), 12U);
   EXPECT_EQ(voxels().count({1, 3, 0}), 1U);
   end = merge({"--turn", "0", "0", "30"});
-  EXPECT_TRUE(says(end.out, "resampled: voxels lie 0.")) << end.out << end.err;
+  EXPECT_TRUE(says(end.out, "resampled: voxels lie up to 0.")) << end.out << end.err;
   write("b.cuboids", {{0, 0, 0}, {1, 1, 1}}, 1.0F, "odom");
   end = merge({});
   EXPECT_EQ(end.status, 1);

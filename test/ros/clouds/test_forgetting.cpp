@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <numeric>
 #include <vector>
 
@@ -30,7 +31,7 @@ class ForgettingTest : public ::testing::Test {
  protected:
   /// A cloud that hits all voxels of some bricks, whose stamp an empty cloud before it confirms.
   void see(double stamp_s, const std::vector<int>& bricks, std::size_t source = 0) {
-    forgetting_.note({}, ros::Time(stamp_s), source);
+    forgetting_.note({}, ros::Time(std::max(0.0, stamp_s - 0.001)), source);
     seeOnce(stamp_s, bricks, source);
   }
   void seeOnce(double stamp_s, const std::vector<int>& bricks, std::size_t source = 0) {
