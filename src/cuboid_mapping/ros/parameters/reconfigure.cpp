@@ -194,6 +194,7 @@ ReconfigureServer::ReconfigureServer(const ros::NodeHandle& private_nh,
 /// Sets the parameters in force on the parameter server, as dynamic_reconfigure::Server does.
 void ReconfigureServer::tellMaster() {
   post(*private_nh_.getCallbackQueue(), this, [this] {
+    const std::lock_guard<std::mutex> telling(master_mutex_);
     const std::map<std::string, XmlRpc::XmlRpcValue> values = [this] {
       const std::lock_guard<std::mutex> lock(mutex_);
       return runtimeValues(parameters_);
