@@ -68,8 +68,7 @@ class ReconfigureServer {
 
   ros::NodeHandle private_nh_;
   std::mutex mutex_;  ///< Guards parameters_, and is held during a request.
-  std::mutex
-      master_mutex_;  ///< Held while values are written, so that the last ones are written last.
+  std::mutex master_mutex_;  ///< Held while values are written: the last ones last.
   NodeParameters parameters_;
   std::function<void(const NodeParameters&)> apply_;
   ros::Publisher descriptions_;
