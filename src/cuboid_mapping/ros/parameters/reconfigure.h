@@ -67,7 +67,7 @@ class ReconfigureServer {
   void tellMaster();
 
   ros::NodeHandle private_nh_;
-  std::mutex mutex_;  ///< Guards parameters_, and is held during a request.
+  std::mutex mutex_;         ///< Guards parameters_, and is held during a request.
   std::mutex master_mutex_;  ///< Held while values are written: the last ones last.
   NodeParameters parameters_;
   std::function<void(const NodeParameters&)> apply_;
