@@ -75,7 +75,7 @@ class Layout:
             free.bind(('', 0))
             port = free.getsockname()[1]
         environment = {**self.environment, 'ROS_MASTER_URI': f'http://localhost:{port}', 'ROS_LOG_DIR': str(self.root / 'logs'),
-                       'LIBGL_ALWAYS_SOFTWARE': '1'}
+                       'LIBGL_ALWAYS_SOFTWARE': '1', 'ROSCONSOLE_STDOUT_LINE_BUFFERED': '1'}  # Debian 13 writes to files at the end only.
         if self.lib_dir != 'lib':  # pluginlib looks in /usr/lib/ARCHITECTURE, too: here in its place.
             (self.root / 'system').mkdir()
             (self.root / 'system/lib').symlink_to(self.space / self.lib_dir)
