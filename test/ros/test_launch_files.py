@@ -64,15 +64,15 @@ class LaunchFilesTest(unittest.TestCase):
             required = text.partition('Optional Arguments:')[0]
             names = [line.split(':')[0].strip() for line in required.splitlines()[1:]]
             if file.name == 'mapping.launch':
-                self.assertEqual(file.read_text().count('<arg '), 12)
+                self.assertEqual(file.read_text().count('<arg '), 10)
             self.assertEqual(names, {'replay.launch': ['bag'], 'merge_maps.launch': ['robots']}.get(file.name, []), file.name)
 
     def test_as_node_and_as_nodelet(self):
         mapping = ROOT / 'launch/mapping.launch'
         self.assertEqual(roslaunch('--nodes', mapping, 'rviz:=true').split(), ['/cuboid_mapping', '/show_map'])
         self.assertEqual(roslaunch('--nodes', mapping, 'nodelet:=true').split(), ['/cuboid_mapping_manager', '/cuboid_mapping'])
-        self.assertEqual(roslaunch('--nodes', mapping, 'nodelet:=true', 'manager:=/camera/manager').split(), ['/cuboid_mapping'])
-        words = roslaunch('--args', '/cuboid_mapping', mapping, 'nodelet:=true', 'manager:=/camera/manager').split()
+        self.assertEqual(roslaunch('--nodes', mapping, 'nodelet:=/camera/manager').split(), ['/cuboid_mapping'])
+        words = roslaunch('--args', '/cuboid_mapping', mapping, 'nodelet:=/camera/manager').split()
         self.assertEqual(words[1:4], ['load', 'cuboid_mapping/MappingNodelet', '/camera/manager'])
 
     def test_what_is_set_around_the_include_holds(self):
@@ -117,12 +117,14 @@ class LaunchFilesTest(unittest.TestCase):
             self.assertEqual(dump['/cuboid_mapping/window/outside'], outside)
 
     def test_unknown_arguments_are_refused(self):
-        for file, wrong in (('mapping.launch', 'max_rang:=3'), ('replay.launch', 'cloudd:=/points')):
+        for file, wrong, cure in (('mapping.launch', 'max_rang:=3', 'mean max_range:=?'), ('replay.launch', 'cloudd:=/points', 'mean cloud:=?'),
+                                  ('mapping.launch', 'manager:=/camera', 'nodelet:=MANAGER')):
             for call in ([ROOT / 'launch' / file], ['cuboid_mapping', file]):
                 end = subprocess.run(['roslaunch', '--nodes', *map(str, call), 'bag:=x.bag' if 'replay' in file else 'cloud:=/x',
                                       wrong], capture_output=True, text=True)
                 self.assertNotEqual(end.returncode, 0)
                 self.assertIn(f'{file} has no argument {wrong.partition(":=")[0]}', end.stderr)
+                self.assertIn(cure, end.stderr)
 
     def test_a_transform_is_published(self):
         replay = ROOT / 'launch/replay.launch'
