@@ -143,7 +143,7 @@ class SimulatedNode {
     map_.edit([&](CuboidMap& map, const ros::Time&) { return work(map); });
   }
 
-  /// Runs work as MappingNode does: a cloud whose work fails is counted.
+  /// Runs work as CloudMapper does: a cloud whose work fails is counted.
   template <typename WorkT>
   void countFailure(const WorkT& work) {
     try {

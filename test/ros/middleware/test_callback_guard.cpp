@@ -150,8 +150,8 @@ TEST(CallbackGuard, NoIntervalIsMeasuredInWallTime) {
 TEST(CallbackGuard, ThreadsAreGuarded) {
   EXPECT_EQ(filesWith(R"(AsyncSpinner|MultiThreadedSpinner)"), Files{"callback_guard.h"});
   EXPECT_EQ(filesWith(R"(std::thread [a-z]|std::thread\(|std::async|boost::thread)"),
-            (Files{"mapping_node.cpp", "mapping_node.h"}))
-      << "MappingNode::mapClouds() guards each cloud";
+            (Files{"cloud_mapper.cpp", "cloud_mapper.h"}))
+      << "CloudMapper::mapClouds() guards each cloud";
   EXPECT_EQ(filesWith(R"(ros::spin\b)"), Files{"mapping_node_main.cpp"});
 }
 

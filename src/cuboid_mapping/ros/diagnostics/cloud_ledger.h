@@ -143,4 +143,9 @@ class CloudLedger {
   std::array<std::optional<Clock::time_point>, kNumDropReasons> last_logged_;
 };
 
+/// Seconds since a time.
+[[nodiscard]] inline double secondsSince(CloudLedger::Clock::time_point time) {
+  return std::chrono::duration<double>(CloudLedger::Clock::now() - time).count();
+}
+
 }  // namespace cuboid_mapping_ros

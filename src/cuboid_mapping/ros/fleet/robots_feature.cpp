@@ -13,7 +13,7 @@ RobotsFeature::RobotsFeature(const MapHost& host)
       asking_threads_(host.guard, "asking robots",
                       static_cast<std::uint32_t>(host.parameters.fleet.robots.size()) + 1) {
   RobotMerger::Callbacks callbacks;
-  callbacks.is_paused = [&host] { return host.is_paused.load(); };
+  callbacks.is_paused = host.is_paused;
   callbacks.note = [&host](const RobotObservation& observation, bool is_in_map) {
     std_msgs::Header header;
     header.frame_id = withoutSlash(host.parameters.frame_id);

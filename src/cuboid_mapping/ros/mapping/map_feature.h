@@ -59,7 +59,7 @@ struct MapHost {
   CallbackGuard& guard;
   GuardedQueue& slow_queue;  ///< For work of seconds, such as octrees: one thread of all features.
   const std::atomic<bool>& is_stopping;  ///< The node ends: ends long calls.
-  const std::atomic<bool>& is_paused;    ///< ~pause: nothing goes into the map.
+  std::function<bool()> is_paused;       ///< ~pause: nothing goes into the map.
   std::function<void()> publish_soon;    ///< Publishes a change that no cloud has made.
   std::function<void()> note_replaced;  ///< Calls onReplaced() of all features, between two clouds.
   /// Counts an observation that is not one of the node's sources. @return Whether it may be used.

@@ -10,7 +10,6 @@
 #include <ros/time.h>
 
 #include <algorithm>
-#include <chrono>
 #include <iterator>
 #include <map>
 #include <optional>
@@ -107,7 +106,6 @@ void NodeSources::addDiagnostics(diagnostic_updater::Updater& diagnostics) {
 void NodeSources::report(std::size_t source, diagnostic_updater::DiagnosticStatusWrapper& status) {
   if (source >= subscribers_.size()) return;  // The node is just starting, or stopping.
   const CloudLedger::Source noted = ledger_.figures().sources.at(source);
-  const std::chrono::duration<double> silence = CloudLedger::Clock::now() - noted.last_received;
   SourceReport report;
   report.statistics = noted.statistics;
   report.rate_hz = noted.rate_hz;
@@ -115,7 +113,7 @@ void NodeSources::report(std::size_t source, diagnostic_updater::DiagnosticStatu
   report.type = toString(at(source).type);
   report.num_publishers = subscribers_[source]->numPublishers();
   report.wrong_type = wrong_types_[source];
-  report.silence_s = silence.count();
+  report.silence_s = secondsSince(noted.last_received);
   report.is_simulated_time = ros::Time::isSimTime();
   fillStatus(report, reported_[source], status);
   reported_[source] = noted.statistics;

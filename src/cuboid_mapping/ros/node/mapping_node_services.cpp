@@ -11,11 +11,9 @@
 #include <std_srvs/SetBool.h>
 
 #include <algorithm>
-#include <functional>
+#include <cstdint>
 #include <sstream>
 #include <string>
-#include <utility>
-#include <vector>
 
 namespace cuboid_mapping_ros {
 
@@ -50,10 +48,10 @@ void MappingNode::advertiseServices() {
               offerAnswers<GetCuboids>(nh, kGetCuboidsService, map_in_frame_)};
   servers_.push_back(
       offerService<SetBool>(nh, kPauseService, [this](const auto& request, auto& response) {
-        is_paused_ = request.data != 0;
+        mapper_.pause(request.data != 0);
         response.success = static_cast<std::uint8_t>(true);
         response.message =
-            is_paused_ ? "clouds are ignored from now on" : "clouds are inserted again";
+            request.data != 0 ? "clouds are ignored from now on" : "clouds are inserted again";
         ROS_INFO_STREAM_NAMED(kNodeName, response.message);
       }));
   servers_.push_back(offerService<Empty>(
@@ -68,15 +66,15 @@ void MappingNode::onReset() {
     stamp = ros::Time();
     return map.clear();
   });
-  noteReplaced();
-  first_stamp_ns_ = 0;
-  publishSoon();
+  features_.noteReplaced();
+  mapper_.setFirstStamp(ros::Time());
+  publishing_.publishSoon();
   ROS_INFO_NAMED(kNodeName, "map cleared");
 }
 
 /// No cloud is processed meanwhile: clouds wait, or belong to the old frame.
 void MappingNode::onMoveMap(const MoveMap::Request& request, MoveMap::Response& response) {
-  const std::lock_guard<FairMutex> lock(work_mutex_);
+  const auto lock = mapper_.hold();
   const StorageAnswer answer = moveMap(toIsometry(request.transform), request.stamp);
   response.info = makeInfo(map_, parameters_.frame_id, answer.error);
   response.cuboids = answer.num_cuboids;
@@ -100,15 +98,12 @@ StorageAnswer MappingNode::moveMap(const Eigen::Isometry3d& T_new_old, const ros
         "with map_merge, and start them again";
   }
   if (!answer.error.empty()) return answer;
-  // Steps that may run out of memory come first.
-  std::vector<std::function<void()>> steps;
-  for (const auto& feature : features_) steps.push_back(feature->prepareMove(*motion));
+  // What may run out of memory comes first.
+  const auto move_features = features_.prepareMove(*motion);
   answer = moveWholeMap(map_, *motion, makeSnapshotLimits(parameters_), CallProgress(is_stopping_));
   if (!answer.error.empty()) return answer;
-  for (const auto& step : steps) {
-    if (step) step();
-  }
-  first_stamp_ns_ = (jump.isZero() ? ros::Time::now() : jump).toNSec();
+  move_features();
+  mapper_.setFirstStamp(jump.isZero() ? ros::Time::now() : jump);
   return answer;
 }
 

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/node/cloud_receiver.h"
+
+#include "cuboid_mapping/ros/mapping/sensor_step.h"
+#include "cuboid_mapping/ros/middleware/names.h"
+
+#include <ros/console.h>
+#include <ros/time.h>
+
+#include <chrono>
+#include <cstddef>
+#include <memory>
+#include <string>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+/// tf keeps this more than tf_wait: a cloud that has waited so long still has its transforms.
+constexpr double kTfMargin_s = 10.0;
+
+std::vector<PoseFrames> framesOf(const NodeParameters& parameters) {
+  std::vector<PoseFrames> frames;
+  for (const SourceParameters& source : sourcesOf(parameters)) {
+    frames.emplace_back(parameters, source);
+  }
+  return frames;
+}
+
+}  // namespace
+
+CloudReceiver::CloudReceiver(const ros::NodeHandle& nh, const NodeParameters& parameters,
+                             CallbackGuard& guard, CloudLedger& ledger)
+    : thread_(guard, "receiving"),
+      nh_(withQueue(nh, thread_.queue())),
+      has_clouds_(parameters.fleet.robots.empty()),
+      ledger_(ledger),
+      sources_(parameters, ledger),
+      frames_(framesOf(parameters)),
+      tf_(ros::Duration(parameters.tf_wait_s + kTfMargin_s), parameters.tf_gap_s),
+      queue_(makeCloudLimits(parameters), queueCallbacks(parameters)) {}
+
+void CloudReceiver::start() {
+  thread_.start();
+  tf_receiver_.emplace(nh_, tf_);
+  if (!has_clouds_) return;
+  SourceSubscriber::Callbacks callbacks;
+  callbacks.arrived = [this](std::size_t source, const std_msgs::Header& header) {
+    return ledger_.noteReceived(source, header);
+  };
+  callbacks.take = [this](const SensorMessage& cloud) { queue_.put(cloud); };
+  callbacks.drop = [this](std::size_t source, const std::string& why) {
+    ledger_.noteDropped(source, DropReason::kNoCameraInfo, why);
+  };
+  sources_.listen(nh_, callbacks);
+}
+
+void CloudReceiver::stop() {
+  sources_.stopListening();
+  queue_.stop();
+  thread_.stop();
+}
+
+void CloudReceiver::setParameters(const NodeParameters& parameters) {
+  {
+    const std::lock_guard<std::mutex> lock(frames_mutex_);
+    frames_ = framesOf(parameters);
+  }
+  queue_.setSearch(makeSearch(parameters));
+}
+
+CloudQueue::Callbacks CloudReceiver::queueCallbacks(const NodeParameters& parameters) {
+  CloudQueue::Callbacks callbacks;
+  callbacks.find_poses = makeSearch(parameters);
+  std::vector<std::shared_ptr<const SensorSteps>> steps;
+  std::vector<std::string> names;
+  for (const SourceParameters& source : sourcesOf(parameters)) {
+    steps.push_back(std::make_shared<const SensorSteps>(makeSteps(parameters, source)));
+    names.push_back(source.name.empty() ? nh_.resolveName(source.topic) : source.name);
+  }
+  callbacks.find_slices = [steps](const SensorMessage& cloud) {
+    return findSlices(*steps.at(cloud.source), cloud);
+  };
+  callbacks.drop = [this](std::size_t source, DropReason reason, const std::string& text) {
+    ledger_.noteDropped(source, reason, text);
+  };
+  callbacks.say_waiting = [names](std::size_t source, const std::string& why) {
+    ROS_WARN_STREAM_NAMED(kNodeName, "clouds of " << names.at(source) << " wait for tf: " << why);
+  };
+  return callbacks;
+}
+
+CloudQueue::FindPoses CloudReceiver::makeSearch(const NodeParameters& parameters) const {
+  return [this, frames = framesOf(parameters)](const SensorMessage& cloud, const Slices& slices) {
+    return findPoses(tf_, frames.at(cloud.source), cloud.header(), slices);
+  };
+}
+
+LastCloud CloudReceiver::describeLastCloud(const CloudLedger::Figures& figures) {
+  LastCloud cloud;
+  cloud.frame_id = figures.last_header.frame_id;
+  cloud.has_stamp = !figures.last_header.stamp.isZero();
+  // ros::Duration would throw beyond 2^31 s.
+  cloud.age_s = figures.last_arrival.toSec() - figures.last_header.stamp.toSec();
+  const std::lock_guard<std::mutex> lock(frames_mutex_);
+  const PoseSearch search =
+      findPoses(tf_, frames_.at(figures.last_source), figures.last_header, {});
+  cloud.tf_error = search.why;
+  cloud.tf_lead_s = search.lead_s;
+  return cloud;
+}
+
+void CloudReceiver::report(const CloudLedger::Figures& figures, NodeReport& report) {
+  report.cloud_topic = sources_.topics();
+  report.num_publishers = sources_.numPublishers();
+  if (figures.statistics.num_received > 0) report.last_cloud = describeLastCloud(figures);
+  if (has_clouds_) {
+    report.wrong_types = sources_.findWrongTypes();
+    report.other_topics = sources_.otherTopics();
+  }
+  report.silence_s = secondsSince(figures.last_received);
+  if (report.is_simulated_time && report.num_publishers > 0) {
+    report.silence_s =
+        ros::Time::now().toSec() - figures.last_arrival.toSec();  // a bag may be paused
+  }
+  report.why_waiting = queue_.whyWaiting();
+  for (std::size_t i = 0; i < figures.sources.size(); ++i) {
+    const std::string name = figures.sources.size() == 1 ? "" : nameOf(sources_.at(i));
+    if (figures.sources[i].rate_hz) report.rates.push_back({name, *figures.sources[i].rate_hz});
+  }
+}
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/ros/diagnostics/cloud_ledger.h"
+#include "cuboid_mapping/ros/diagnostics/diagnostics.h"
+#include "cuboid_mapping/ros/mapping/cloud_queue.h"
+#include "cuboid_mapping/ros/mapping/node_sources.h"
+#include "cuboid_mapping/ros/mapping/tf_buffer.h"
+#include "cuboid_mapping/ros/middleware/callback_guard.h"
+#include "cuboid_mapping/ros/parameters/parameters.h"
+
+#include <diagnostic_updater/diagnostic_updater.h>
+#include <ros/node_handle.h>
+
+#include <mutex>
+#include <optional>
+#include <vector>
+
+namespace cuboid_mapping_ros {
+
+/// First half of a cloud's way: receives the messages of all sources, and tf, in a thread. A cloud that has its poses
+/// can be taken.
+///
+/// Thread rule: waitNext() in the mapping thread, report() and addStatus() in that of the diagnostics; the rest from any.
+class CloudReceiver {
+ public:
+  /// @param nh  In the node's namespace. @param guard, ledger  Must outlive this object.
+  CloudReceiver(const ros::NodeHandle& nh, const NodeParameters& parameters, CallbackGuard& guard,
+                CloudLedger& ledger);
+
+  /// Begins to receive. Clouds only if they make the map, not observations of robots.
+  void start();
+  /// Ends waitNext(), and the thread.
+  void stop();
+
+  /// The next cloud with its poses. @return Nothing after stop().
+  [[nodiscard]] std::optional<PosedCloud> waitNext() { return queue_.waitNext(); }
+  /// Whether another cloud waits for its turn.
+  [[nodiscard]] bool hasReady() const { return queue_.hasReady(); }
+  [[nodiscard]] const TfBuffer& tf() const { return tf_; }
+
+  /// Sets parameters that were changed while the node runs.
+  void setParameters(const NodeParameters& parameters);
+
+  /// Adds topics, publishers, and why clouds do not come, to the node's report.
+  void report(const CloudLedger::Figures& figures, NodeReport& report);
+  /// Adds a status for each source of a list.
+  void addStatus(diagnostic_updater::Updater& diagnostics) { sources_.addDiagnostics(diagnostics); }
+
+ private:
+  [[nodiscard]] CloudQueue::Callbacks queueCallbacks(const NodeParameters& parameters);
+  [[nodiscard]] CloudQueue::FindPoses makeSearch(const NodeParameters& parameters) const;
+  [[nodiscard]] LastCloud describeLastCloud(const CloudLedger::Figures& figures);
+
+  GuardedThread thread_;
+  ros::NodeHandle nh_;  ///< Callbacks come from the thread.
+  bool has_clouds_;
+  CloudLedger& ledger_;
+  NodeSources sources_;
+  std::mutex frames_mutex_;
+  std::vector<PoseFrames> frames_;  ///< Of the sources, with the current parameters. Guarded.
+  TfBuffer tf_;
+  CloudQueue queue_;
+  std::optional<TfReceiver> tf_receiver_;
+};
+
+}  // namespace cuboid_mapping_ros
