@@ -13,18 +13,10 @@ inline std::vector<Case> keepCases() {
        200,
        [](const P& p) { return p.keep.memory_mb == 200; },
        {-1, 1000001, 1.5, "1"}},
-      {"keep_clouds/max_age",
-       60.0,
-       [](const P& p) { return p.keep.max_age_s == 60.0; },
-       {0.0, -1.0, 1.1e9, kNan, "1"}},
       {"keep_clouds/body_frame",
        "base",
        [](const P& p) { return p.keep.body_frame == "base"; },
        {1, true}},
-      {"keep_clouds/tolerance",
-       0.0,
-       [](const P& p) { return p.keep.tolerance_m == 0.0; },
-       {-1.0, 1001.0, kNan, "1"}},
   };
 }
 

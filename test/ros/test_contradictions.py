@@ -80,16 +80,16 @@ class ContradictionsTest(InputCase):
         records = depth_of(STEEP.astype(np.uint16).astype(np.float32), CAMERA)
         self.expect_same(records, good, 'taken as millimetres')
         self.expect_node(records, type='depth_image')
-        self.expect_same(records, good, '', '--set', 'depth_unit=0.001')
+        self.expect_same(records, good, '', '--set', 'length_unit=0.001')
 
     def test_depths_that_no_camera_measures_are_refused(self):
         for depths, unit in ((STEEP.astype(np.float32) + 0.25, 0.001), (STEEP.astype(np.float32) / 4 + 0.3, 0.004),
                              ((STEEP / 500).astype(np.uint16), 1.0)):
             records = depth_of(depths, CAMERA)
-            self.assertIn('Set depth_unit to their unit', self.map_records(records, status=1))
-            self.map_records(records, '--set', f'depth_unit={unit}')
+            self.assertIn('Set length_unit to their unit', self.map_records(records, status=1))
+            self.map_records(records, '--set', f'length_unit={unit}')
             self.assertTrue(all(1.4 < z < 5.1 for _, _, z in self.voxels()))
-        self.expect_node(records, type='depth_image', depth_unit=1.0)
+        self.expect_node(records, type='depth_image', length_unit=1.0)
 
     def test_points_in_millimetres_are_refused(self):
         points = 1000.0 * np.array(ROW)
@@ -98,10 +98,10 @@ class ContradictionsTest(InputCase):
                                   {'type': 'laser_scan'}),
                                  ([STATIC, ('/scan', make_scan([5000.0 + k for k in range(60)], range_max=30000.0), 1.0)],
                                   {'type': 'laser_scan'})):
-            self.assertIn('Set point_unit to its unit', self.map_records(records, status=1))
-            self.map_records(records, '--set', 'point_unit=0.001')
+            self.assertIn('Set length_unit to its unit', self.map_records(records, status=1))
+            self.map_records(records, '--set', 'length_unit=0.001')
             self.assertTrue(all(4.9 < np.hypot(x, y) < 5.2 for x, y, _ in self.voxels()))
-            self.expect_node(records, point_unit=0.001, **options)
+            self.expect_node(records, length_unit=0.001, **options)
 
     def test_angles_of_a_scan_that_contradict_each_other(self):
         ranges = [4.0 + 0.005 * number for number in range(181)]

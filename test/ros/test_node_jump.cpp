@@ -54,7 +54,7 @@ std::set<Cell> occupiedOf(const Voxels& voxels) {
 
 /// Most of the map is on disk, a client follows it, and a box is locked.
 TEST_P(NodeJump, TakesAllOfTheMapAlong) {
-  start({"_publish_values:=true", "_window/frame:=base", "_window/size:=8.0", "_window/margin:=1.0",
+  start({"_publish_values:=true", "_window/frame:=base", "_window/size:=8.0",
          "_window/file:=" + (folder_ / "map.sqlite")});
   const CuboidMapClient client(nh_, kName);
   drive(0.0, 20.0);

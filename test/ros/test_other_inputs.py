@@ -48,14 +48,14 @@ class OtherInputsTest(InputCase):
         depths = (2000 * np.linspace(4.0, 8.0, 400)).astype(np.uint16).reshape(20, 20)
         records = depth_of(depths, make_camera(20, 20, 20.0))
         said = self.map_records(records)
-        self.assertIn('depth_unit', said)
+        self.assertIn('length_unit', said)
         said = self.map_records(records, '--set', 'sensor_model/max_range=5')
         self.assertIn('beyond sensor_model/max_range', said)
         self.assertIn('nothing in the map is occupied', said)
-        said = self.map_records(records, '--set', 'depth_unit=0.0002')
-        self.assertNotIn('depth_unit', said)
+        said = self.map_records(records, '--set', 'length_unit=0.0002')
+        self.assertNotIn('length_unit', said)
         self.assertTrue(all(z < 3.5 for _, _, z in self.voxels()))
-        self.expect_of_node([records[0], records[2], records[1]], type='depth_image', depth_unit=0.0002)
+        self.expect_of_node([records[0], records[2], records[1]], type='depth_image', length_unit=0.0002)
 
     def test_a_negative_focal_length_is_noticed(self):
         camera = make_camera(2, 2, 20.0)

@@ -461,8 +461,8 @@ TEST_F(BagToMap, makesAStoreThatIsTheMapWithoutAWindow) {
   const std::vector<std::string> near{"--set", "resolution=0.02", "--set",
                                       "sensor_model/max_range=1.0"};
   std::vector<std::string> keep = near;
-  for (const char* setting : {"window/frame=base_link", "window/size=1.0", "window/margin=0.0",
-                              "window/outside=keep", "window/file=is_not_used"}) {
+  for (const char* setting : {"window/frame=base_link", "window/size=1.0", "window/outside=keep",
+                              "window/file=is_not_used"}) {
     keep.insert(keep.end(), {"--set", setting});
   }
   const std::string plain = *folder / "plain.cuboids";

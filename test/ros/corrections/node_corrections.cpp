@@ -43,8 +43,7 @@ class NodeCorrections : public DrivenNode {
   using Pose = Eigen::Isometry3d (*)(int);
 
   void startKeeping(const std::vector<std::string>& others = {}) {
-    std::vector<std::string> parameters{"_keep_clouds/memory:=50", "_keep_clouds/body_frame:=base",
-                                        "_keep_clouds/tolerance:=0.0"};
+    std::vector<std::string> parameters{"_keep_clouds/memory:=50", "_keep_clouds/body_frame:=base"};
     parameters.insert(parameters.end(), others.begin(), others.end());
     start(parameters);
   }
@@ -247,16 +246,14 @@ TEST_P(NodeCorrections, MoveEditsAlongWhereTheyAreAskedTo) {
 
 TEST_P(NodeCorrections, ReachWhatIsOnDisk) {
   if (GetParam()) GTEST_SKIP() << "the same for the nodelet";
-  const Voxels corrected =
-      correctedMap({"_window/frame:=base", "_window/size:=4.0", "_window/margin:=0.5",
-                    "_window/file:=" + (folder_ / "map.sqlite")});
+  const Voxels corrected = correctedMap(
+      {"_window/frame:=base", "_window/size:=4.0", "_window/file:=" + (folder_ / "map.sqlite")});
   EXPECT_EQ(corrected, mapFromScratch());
 }
 
 TEST_P(NodeCorrections, TakeTurnsWithMovesOfTheMap) {
   if (GetParam()) GTEST_SKIP() << "the same for the nodelet";
   const std::vector<std::string> window{"_window/frame:=base", "_window/size:=4.0",
-                                        "_window/margin:=0.5",
                                         "_window/file:=" + (folder_ / "map.sqlite")};
   startKeeping();
   const Voxels expected = mapInTurns(truth, false);
@@ -278,8 +275,8 @@ TEST_P(NodeCorrections, LeaveAWholeMapWhereTheyAreKilled) {
 TEST_P(NodeCorrections, LeaveAWholeStoreWhereTheyAreKilled) {
   if (GetParam()) GTEST_SKIP() << "the same for the nodelet";
   const std::string file = folder_ / "map.sqlite";
-  killMany(file, {"_window/frame:=base", "_window/size:=4.0", "_window/margin:=0.5",
-                  "_window/file:=" + file, "_autosave_period:=1.0"});
+  killMany(file, {"_window/frame:=base", "_window/size:=4.0", "_window/file:=" + file,
+                  "_autosave_period:=1.0"});
 }
 
 TEST_P(NodeCorrections, ComeFromATopicWhileCloudsGoOn) {

@@ -244,7 +244,7 @@ TEST(MapStorage, saysWhichTransformWouldBeExact) {
   }
 }
 
-TEST(MapStorage, namesTheParameterThatAllowsALargerFile) {
+TEST(MapStorage, namesTheLimitOfALargerFile) {
   const TemporaryFolder folder;
   Random random(99);
   GuardedMap map(makeConfig());
@@ -253,7 +253,7 @@ TEST(MapStorage, namesTheParameterThatAllowsALargerFile) {
   cuboid_mapping::SnapshotLimits limits;
   limits.max_bricks = 2;
   const auto before = voxelsOf(map);
-  EXPECT_NE(loadMap(map, folder / "map.cuboids", limits).error.find("file_memory"),
+  EXPECT_NE(loadMap(map, folder / "map.cuboids", limits).error.find("the memory of this machine"),
             std::string::npos);
   EXPECT_EQ(voxelsOf(map), before);
 }

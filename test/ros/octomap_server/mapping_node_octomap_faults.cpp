@@ -33,7 +33,7 @@ class OctomapFaultsTest : public NodeTest {
            service.response.info.success != 0;
   }
 
-  /// Sets the size of projected_map; 1e4 m are more cells than projected_map_memory holds.
+  /// Sets the size of projected_map; 1e4 m are more cells than it may have.
   static bool setProjectedSize(double size_m) {
     dynamic_reconfigure::Reconfigure change;
     for (const char* name : {"min_x_size", "min_y_size"}) {

@@ -19,8 +19,7 @@ using cuboid_mapping::SetBox;
 class NodeWindow : public DrivenNode {
  protected:
   void start(std::vector<std::string> parameters) {
-    parameters.insert(parameters.end(),
-                      {"_window/frame:=base", "_window/size:=8.0", "_window/margin:=1.0"});
+    parameters.insert(parameters.end(), {"_window/frame:=base", "_window/size:=8.0"});
     DrivenNode::start(parameters);
   }
 

@@ -214,7 +214,8 @@ TEST_F(WindowAnswers, OfAnOctreeAreWholeOrRefused) {
   };
   EXPECT_EQ(refusal(QueriesOutside::kRefuse, kMany).rfind("not loaded: 1 part of the map", 0), 0U);
   EXPECT_NE(refusal(QueriesOutside::kRefuse, kMany).find("window/queries"), std::string::npos);
-  EXPECT_NE(refusal(QueriesOutside::kLoad, 2).find("file_memory"), std::string::npos);
+  EXPECT_NE(refusal(QueriesOutside::kLoad, 2).find("the memory of this machine"),
+            std::string::npos);
   const MapView view = whole(QueriesOutside::kLoad, kMany);
   EXPECT_EQ(numOnDisk(), 1U) << "it stays there";
   EXPECT_EQ(view.header.stamp, ros::Time(7.0));
@@ -334,7 +335,8 @@ TEST_F(WindowAnswers, AMapIsMovedWithWhatIsOnDisk) {
   const auto motion = cuboid_mapping::VoxelMotion::of(T_new_old, resolution_m);
   cuboid_mapping::SnapshotLimits limits;
   limits.max_bricks = 1;
-  EXPECT_NE(moveWholeMap(map_, *motion, limits).error.find("file_memory"), std::string::npos);
+  EXPECT_NE(moveWholeMap(map_, *motion, limits).error.find("the memory of this machine"),
+            std::string::npos);
   EXPECT_EQ(voxelsOfSaved(map_, folder_ / "refused.cuboids"), before);
   ASSERT_EQ(numOnDisk(), 1U);
   EXPECT_EQ(moveWholeMap(map_, *motion).error, "");

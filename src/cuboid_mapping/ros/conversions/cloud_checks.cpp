@@ -116,9 +116,8 @@ void CloudChecks::checkLimits() {
   warnOnce("max range", percentOf(num_beyond_range_, num_points_) +
                             " of the points lie beyond sensor_model/max_range, " +
                             toText(limits_.max_range_m) +
-                            " m: nothing there becomes occupied. Raise it" + ", or set " +
-                            (is_depth_ ? "depth_unit" : "point_unit") +
-                            " to their unit in metres (millimetres: 0.001)");
+                            " m: nothing there becomes occupied. Raise it, or set length_unit to "
+                            "their unit in metres (millimetres: 0.001)");
 }
 
 void CloudChecks::checkUnit(std::vector<double>& ranges_m) {
@@ -126,12 +125,11 @@ void CloudChecks::checkUnit(std::vector<double>& ranges_m) {
   const auto median = ranges_m.begin() + static_cast<std::ptrdiff_t>(ranges_m.size() / 2);
   std::nth_element(ranges_m.begin(), median, ranges_m.end());
   if (*median <= (is_depth_ ? kMaxUsualDepth_m : kMaxUsualRange_m)) return;
-  warnOnce("unit",
-           std::string("half of the ") + (is_depth_ ? "depths" : "ranges") + " are above " +
-               toText(std::floor(*median)) + " m, farther than most " +
-               (is_depth_ ? "depth cameras" : "lidars") +
-               " measure. If their unit is another, set " +
-               (is_depth_ ? "depth_unit (1/5000 m: 0.0002)" : "point_unit (centimetres: 0.01)"));
+  warnOnce("unit", std::string("half of the ") + (is_depth_ ? "depths" : "ranges") + " are above " +
+                       toText(std::floor(*median)) + " m, farther than most " +
+                       (is_depth_ ? "depth cameras" : "lidars") +
+                       " measure. If their unit is another, set length_unit " +
+                       (is_depth_ ? "(1/5000 m: 0.0002)" : "(centimetres: 0.01)"));
 }
 
 }  // namespace cuboid_mapping_ros

@@ -191,7 +191,7 @@ Eigen::Vector3d findAnchor(const PointReader& reader, const Eigen::Vector3d& sen
 }
 
 double unitOf(const CloudOptions& options) {
-  return options.point_unit_m > 0.0 ? options.point_unit_m : 1.0;
+  return options.length_unit_m > 0.0 ? options.length_unit_m : 1.0;
 }
 
 /// Classifies the points of a cloud according to the options.
@@ -313,7 +313,7 @@ std::optional<CloudError> checkUnit(const CloudPoints& cloud, const CloudOptions
   constexpr double kLeast_m = 1e3;  ///< Farther than lidars on the ground measure.
   constexpr double kMost_m = 2e5;   ///< Farther points are coordinates of the earth, such as UTM.
   constexpr std::size_t kSamples = 1000;
-  if (options.point_unit_m > 0.0 || cloud.points.empty()) return std::nullopt;
+  if (options.length_unit_m > 0.0 || cloud.points.empty()) return std::nullopt;
   const Eigen::Vector3f sensor =
       (options.T_cloud_sensor.translation() - cloud.anchor_cloud).cast<float>();
   std::vector<float> ranges_m;

@@ -53,8 +53,8 @@ struct CloudOptions {
   /// only if the cloud has been transformed out of its sensor's frame.
   Eigen::Isometry3d T_cloud_sensor = Eigen::Isometry3d::Identity();
   bool wants_numbers = false;  ///< See CloudPoints::point_numbers.
-  double depth_unit_m = 0.0;   ///< Unit of depth images; 0: see convertDepthImage().
-  double point_unit_m = 0.0;   ///< Unit of clouds and planar scans; 0: metres, see checkUnit().
+  /// Unit of points, ranges and depths; 0: see checkUnit() and convertDepthImage().
+  double length_unit_m = 0.0;
 };
 
 /// Reads the points of a message. Wrong numbers in it never cause a read outside its data.

@@ -18,7 +18,7 @@ const char* usualCure(DropReason defect) {
     case DropReason::kNoValidPoints:
       return "Check that nothing covers the sensor, and check any filters before this node";
     case DropReason::kWrongUnit:
-      return "Set point_unit to its unit in metres (millimetres: 0.001, metres: 1), or "
+      return "Set length_unit to its unit in metres (millimetres: 0.001, metres: 1), or "
              "sensor_frame, if the "
              "points were transformed into another frame";
     case DropReason::kNoPointTimes: return "Have the driver send it, or set deskew to false";

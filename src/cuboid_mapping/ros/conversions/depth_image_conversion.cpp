@@ -234,7 +234,7 @@ std::optional<std::string> findUnit(const Image& image, DepthReader& reader,
     reader.setUnit(kMillimetre_m);
     warnings.push_back(
         "the depths of 32FC1 images are whole numbers, " + cuboid_mapping::toText(*median) +
-        " in the middle, and are taken as millimetres. If they are not, set depth_unit");
+        " in the middle, and are taken as millimetres. If they are not, set length_unit");
     return std::nullopt;
   }
   if (*median <= kMostDepth_m) return std::nullopt;
@@ -301,7 +301,7 @@ ConvertedCloud convertDepthImage(const DepthImage& depth, const CloudOptions& op
   if (auto error = checkImage(image, pinhole)) return *error;
   if (auto error = checkSize(image, *depth.camera)) return *error;
   CloudPoints cloud;
-  const double unit_m = options.depth_unit_m > 0.0 ? options.depth_unit_m : usualUnit_m(image);
+  const double unit_m = options.length_unit_m > 0.0 ? options.length_unit_m : usualUnit_m(image);
   const ByteOrder order = findByteOrder(image, unit_m);
   if (!order.warning.empty()) cloud.warnings.push_back(order.warning);
   if (hasNoCentre(*depth.camera)) {
@@ -316,10 +316,10 @@ ConvertedCloud convertDepthImage(const DepthImage& depth, const CloudOptions& op
         image.header.frame_id + "' points up. Make it positive for optical frames");
   }
   DepthReader reader(image, unit_m, order.is_other);
-  if (options.depth_unit_m == 0.0) {
+  if (options.length_unit_m == 0.0) {
     if (const auto what = findUnit(image, reader, cloud.warnings)) {
       return makeError(DropReason::kWrongUnit, image, *what,
-                       "Set depth_unit to their unit in metres (millimetres: 0.001, metres: 1)");
+                       "Set length_unit to their unit in metres (millimetres: 0.001, metres: 1)");
     }
   }
   addPixels(image, reader, pinhole, options, cloud);

@@ -168,10 +168,10 @@ float rangeMaxOf(const LaserScan& scan) {
 
 ConvertedCloud convertLaserScan(const LaserScan& scan, const CloudOptions& options) {
   if (auto error = checkScan(scan)) return *error;
-  if (options.point_unit_m > 0.0 && options.point_unit_m != 1.0) {
+  if (options.length_unit_m > 0.0 && options.length_unit_m != 1.0) {
     CloudOptions in_metres = options;
-    in_metres.point_unit_m = 1.0;
-    return convertLaserScan(toMetres(scan, options.point_unit_m), in_metres);
+    in_metres.length_unit_m = 1.0;
+    return convertLaserScan(toMetres(scan, options.length_unit_m), in_metres);
   }
   LaserBeams beams = chooseBeams(scan, options);
   std::string warning = correctAngles(beams.scan);
@@ -198,7 +198,7 @@ ConvertedCloud convertLaserScan(const LaserScan& scan, const CloudOptions& optio
     if (!options.wants_numbers) continue;
     (is_return ? cloud.point_numbers : cloud.no_return_numbers).push_back(number);
   }
-  if (cloud.points.empty() && options.point_unit_m == 0.0 && areMillimetres(scan)) {
+  if (cloud.points.empty() && options.length_unit_m == 0.0 && areMillimetres(scan)) {
     return makeError(DropReason::kWrongUnit, scan,
                      "most of its ranges are above 1000, and range_max is " +
                          toMillimetres(scan.range_max) + " m");

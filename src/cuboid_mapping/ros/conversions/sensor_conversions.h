@@ -40,7 +40,7 @@ struct SensorMessage {
 ///
 /// A range of at least range_min and below range_max is a return. NaN, +inf, -inf, 0, ranges beyond range_max,
 /// and the given ranges depend on `no_return_points`: beams without return of known direction, or nothing. Any
-/// other range is discarded, as sensor_msgs/LaserScan says. With `point_unit_m`, limits below 1000 are in metres, other
+/// other range is discarded, as sensor_msgs/LaserScan says. With `length_unit_m`, limits below 1000 are in metres, other
 /// ones in that unit.
 ///
 /// @param options  T_cloud_sensor is ignored: the beams start in the scan's frame.
@@ -59,7 +59,7 @@ struct SensorMessage {
 /// Cases:
 ///   - encoding 16UC1, 16SC1 or mono16: 0 is no measurement, and the greatest number is +inf; 32FC1. Both byte
 ///     orders, see findByteOrder(). An impossible step is replaced if the rows have no gaps;
-///   - `depth_unit_m` is the unit; if it is 0, whole numbers count millimetres, and 32FC1 metres (REP 118), or
+///   - `length_unit_m` is the unit; if it is 0, whole numbers count millimetres, and 32FC1 metres (REP 118), or
 ///     millimetres if half of the depths are whole numbers above 100. Depths that no camera measures in that
 ///     unit are refused;
 ///   - compressed images of toCompressedImage() are decompressed first;

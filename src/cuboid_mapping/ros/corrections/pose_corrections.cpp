@@ -22,13 +22,12 @@ namespace cuboid_mapping_ros {
 
 std::unique_ptr<KeptHistory> makeHistory(const NodeParameters& parameters, GuardedMap& map) {
   const MapConfig config = map.config();
-  const HistoryLimits limits{static_cast<std::uint64_t>(parameters.keep.memory_mb) * 1000000,
-                             parameters.keep.max_age_s};
+  const HistoryLimits limits{static_cast<std::uint64_t>(parameters.keep.memory_mb) * 1000000};
   auto history =
       std::make_unique<KeptHistory>(config, config.resolution_m / kKeptStepsPerVoxel, limits);
   if (parameters.window.isOn()) {
     CuboidMap whole(config);
-    restoreSnapshot(takeWholeSnapshot(map, "", makeSnapshotLimits(parameters)), whole);
+    restoreSnapshot(takeWholeSnapshot(map, "", limitsOfMachine()), whole);
     history->restart(whole);
   } else {
     const auto restart = [&](const CuboidMap& content) { history->restart(content); };
@@ -41,7 +40,7 @@ PoseCorrections::PoseCorrections(const MapHost& host)
     : host_(host),
       map_(host.map),
       frame_id_(withoutSlash(host.parameters.frame_id)),
-      tolerance_m_(host.parameters.keep.tolerance_m),
+      tolerance_m_(0.5 * host.parameters.map.resolution_m),
       thread_(host.guard, "corrections") {
   map_.setHistory(makeHistory(host.parameters, map_));
   server_ = offerService<CorrectPoses>(
@@ -138,15 +137,10 @@ std::vector<ParameterDeclaration> PoseCorrections::declare() {
        "point takes 1 to 2 bytes, and is rounded to a sixteenth of a voxel. When the memory is "
        "full, the oldest clouds become a fixed part of the map. A rebuild needs memory for a "
        "second whole map, also with a window. 0: no cloud is kept."},
-      {"keep_clouds/max_age", "s", number({&P::keep, &KeepParameters::max_age_s}, 0.1, 1e9),
-       "Largest age of a kept cloud, relative to the newest one. Older clouds become a fixed part "
-       "of the map."},
       {"keep_clouds/body_frame", "", frame({&P::keep, &KeepParameters::body_frame}, true),
        "Frame whose poses corrected_path and ~correct_poses give, such as base_link. Empty: the "
-       "frame of each cloud."},
-      {"keep_clouds/tolerance", "m", number({&P::keep, &KeepParameters::tolerance_m}, 0.0, 1000.0),
-       "A path on corrected_path moves a cloud only if a point 10 m from the body moves by more "
-       "than this. A path that moves no cloud is ignored."},
+       "frame of each cloud. A path on corrected_path moves a cloud only if a point 10 m from the "
+       "body moves by more than half a voxel."},
   };
 }
 

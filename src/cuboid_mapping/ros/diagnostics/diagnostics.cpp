@@ -283,7 +283,7 @@ const char* toAdvice(DropReason reason) {
     case DropReason::kEmptyFrame:
       return "header.frame_id is empty: set the frame of the sensor in its driver";
     case DropReason::kWrongUnit:
-      return "set depth_unit or point_unit to the sensor's unit in metres, such as 0.001";
+      return "set length_unit to the sensor's unit in metres, such as 0.001";
     case DropReason::kNoPointTimes:
       return "have the driver send the time of each point, or set deskew to false";
     case DropReason::kTooOldForTf:

@@ -47,7 +47,7 @@ MapFiles::MapFiles(const MapHost& host)
     : map_(host.map),
       guard_(host.guard),
       frame_id_(host.parameters.frame_id),
-      limits_(makeSnapshotLimits(host.parameters)),
+      limits_(limitsOfMachine()),
       autosave_file_(toAbsolute(host.parameters.autosave_file)),
       is_autosave_own_(host.parameters.is_autosave_read),
       window_file_(host.parameters.window.keeps() ? toAbsolute(host.parameters.window.file) : ""),

@@ -44,15 +44,15 @@ std::string compareResolutions(double of_file_m, double of_map_m, const std::str
   return text.str();
 }
 
-/// Runs work that reads a map; its errors name the parameter with the limit.
+/// Runs work that reads a map; its errors name the limit.
 template <typename WorkT>
 auto readWithin(const WorkT& work) {
   try {
     return work();
   } catch (const MapFileError& error) {
     if (error.defect() != MapFileDefect::kTooBig) throw;
-    throw MapFileError(error.defect(), std::string(error.what()) +
-                                           ". For a larger map set the parameter file_memory");
+    throw MapFileError(error.defect(),
+                       std::string(error.what()) + ", in the memory of this machine");
   }
 }
 
@@ -112,8 +112,9 @@ void mergeInto(GuardedMap& map, const MapSnapshot& snapshot, MergeRule rule,
 
 }  // namespace
 
-SnapshotLimits makeSnapshotLimits(const NodeParameters& parameters) {
-  return SnapshotLimits::ofMemory(static_cast<std::uint64_t>(parameters.file_memory_mb) * 1000000);
+SnapshotLimits limitsOfMachine() {
+  const auto num_pages = static_cast<std::uint64_t>(std::max(::sysconf(_SC_PHYS_PAGES), 0L));
+  return SnapshotLimits::ofMemory(num_pages * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE)));
 }
 
 MapSnapshot takeWholeSnapshot(GuardedMap& map, const std::string& frame_id,
@@ -249,7 +250,7 @@ std::optional<MapSnapshot> readStartMap(NodeParameters& parameters) {
   const std::string& name = goes_on ? parameters.autosave_file : parameters.map_file;
   if (name.empty()) return std::nullopt;
   MapFile file = readFileWithin(name, parameters.map.resolution_m, parameters.source.sensor_model,
-                                makeSnapshotLimits(parameters));
+                                limitsOfMachine());
   if (goes_on) {
     const std::string error =
         compareResolutions(file.snapshot.resolution_m, parameters.map.resolution_m, name);

@@ -75,8 +75,8 @@ using SnapshotLook =
                                             const SnapshotLook& look = {},
                                             const CallProgress& progress = {});
 
-/// Limits for reading a file: parameter file_memory.
-[[nodiscard]] SnapshotLimits makeSnapshotLimits(const NodeParameters& parameters);
+/// Limits for reading a file: the memory of the machine.
+[[nodiscard]] SnapshotLimits limitsOfMachine();
 
 /// Placement of a file's map in another one.
 struct LoadPlacement {

@@ -103,7 +103,7 @@ OctomapServerFeature::OctomapServerFeature(const MapHost& host)
     : frame_id_(withoutSlash(host.parameters.frame_id)),
       is_latched_(host.parameters.latch),
       limits_(host.parameters.service_limits),
-      octree_limits_(makeSnapshotLimits(host.parameters)),
+      octree_limits_(limitsOfMachine()),
       map_(host.map),
       guard_(host.guard),
       projection_(host.parameters.octomap_server),
@@ -277,14 +277,14 @@ nav_msgs::OccupancyGrid OctomapServerFeature::makeProjection() {
   FarTiles far;
   auto grid = projection_.makeGrid(header, map_.grid().resolution(), far);
   if (far.count > 0) {
-    ROS_WARN_STREAM_THROTTLE_NAMED(
-        kLogPeriod_s, kNodeName,
-        kProjectedMapTopic << " leaves out " << counted(far.count, "tile")
-                           << " of 8 x 8 cells far from the rest, the farthest at x = "
-                           << far.farthest_m.x() << " m, y = " << far.farthest_m.y()
-                           << " m: with them it would be larger than projected_map_memory. Stray "
-                              "returns are removed with ~set_box, or kept out with "
-                              "sensor_model/max_range");
+    ROS_WARN_STREAM_THROTTLE_NAMED(kLogPeriod_s, kNodeName,
+                                   kProjectedMapTopic
+                                       << " leaves out " << counted(far.count, "tile")
+                                       << " of 8 x 8 cells far from the rest, the farthest at x = "
+                                       << far.farthest_m.x() << " m, y = " << far.farthest_m.y()
+                                       << " m: with them it would be larger than 100 MB. Stray "
+                                          "returns are removed with ~set_box, or kept out with "
+                                          "sensor_model/max_range");
   }
   return grid;
 }

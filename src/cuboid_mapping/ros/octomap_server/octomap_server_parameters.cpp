@@ -25,9 +25,6 @@ std::vector<ParameterDeclaration> declareProducts() {
        "Minimum extent of projected_map along x, centred on the origin."},
       {"min_y_size", "m", number({&P::octomap_server, &O::min_y_size_m}, 0.0, 1e4),
        "Minimum extent of projected_map along y, centred on the origin."},
-      {"projected_map_memory", "MB", integer({&P::octomap_server, &O::max_projection_mb}, 1, 1000),
-       "Maximum size of projected_map, one byte per cell. A larger grid leaves out the cells "
-       "farthest from the rest, such as a stray return; the log says where they are."},
       {"filter_speckles", "", boolean({&P::octomap_server, &O::filter_speckles}),
        "true: occupied voxels without an occupied neighbour (of 26) are left out of "
        "octomap_server's markers, points and projected_map."},

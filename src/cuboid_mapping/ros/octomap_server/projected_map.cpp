@@ -153,8 +153,7 @@ nav_msgs::OccupancyGrid ProjectedMap::makeGrid(const std_msgs::Header& header, d
   const CellBox extent = findExtent(resolution_m, far);
   if (isTooLarge(extent)) {
     throw std::length_error(
-        "min_x_size and min_y_size alone make projected_map larger than projected_map_memory: "
-        "lower them, or raise projected_map_memory");
+        "min_x_size and min_y_size alone make projected_map larger than 100 MB: lower them");
   }
   layOut(extent, resolution_m, grid);
   for (const auto& [tile, values] : tiles_) {

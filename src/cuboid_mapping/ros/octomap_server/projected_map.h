@@ -41,7 +41,7 @@ class ProjectedMap {
 
   /// The grid, from the least to the greatest known cell, and at least min_x_size by
   /// min_y_size around the origin. Empty if nothing is known and no minimum size is set.
-  /// @param far  Gets the tiles so far from the rest that the grid would be larger than projected_map_memory.
+  /// @param far  Gets the tiles so far from the rest that the grid would be larger than max_projection_mb.
   /// @throws std::length_error  if the minimum size is larger than that.
   [[nodiscard]] nav_msgs::OccupancyGrid makeGrid(const std_msgs::Header& header,
                                                  double resolution_m, FarTiles& far) const;

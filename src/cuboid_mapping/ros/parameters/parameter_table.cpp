@@ -131,8 +131,6 @@ std::vector<ParameterDeclaration> declareFiles() {
        "resolution; or .pcd, points in the frame of the map, whose voxels become occupied. Not "
        "read if "
        "autosave_file exists."},
-      {"file_memory", "MB", integer(&P::file_memory_mb, 100, 1000000),
-       "Memory for reading a map. A file that needs more is refused."},
   };
 }
 
@@ -202,6 +200,13 @@ const std::map<std::string, std::string>& retiredParameters() {
       {"query/max_bricks", kConstant + "; query/max_time limits calls"},
       {"query/max_entries", kConstant},
       {"query/max_answer", kConstant},
+      {"depth_unit", "write length_unit"},
+      {"point_unit", "write length_unit"},
+      {"file_memory", "maps may take the memory of the machine: remove it"},
+      {"projected_map_memory", kConstant + " (100 MB)"},
+      {"window/margin", "it is a tenth of window/size: remove it"},
+      {"keep_clouds/max_age", "keep_clouds/memory limits the kept clouds: remove it"},
+      {"keep_clouds/tolerance", "it is half a voxel: remove it"},
       {"hot_bricks", "there is nothing to limit any more: remove it"},
       {"marker_period", "keyframe_period takes its place, for all topics that carry differences"},
       {"published_cuboids",

@@ -58,12 +58,11 @@ struct SourceParameters {
   SourceType type = SourceType::kPointCloud;
   std::string camera_info;  ///< Topic, for depth images; empty: beside that of the image.
   SourceUse use = SourceUse::kBoth;
-  double max_rate_hz = 0.0;   ///< Messages beyond this rate are ignored; 0: no limit.
-  bool deskew = false;        ///< Each point has the pose of its own time; else that of the stamp.
-  double depth_unit_m = 0.0;  ///< Unit of depth images; 0: see convertDepthImage().
-  double point_unit_m = 0.0;  ///< Unit of clouds and scans; 0: metres, if these make sense.
-  double time_unit_s = 0.0;   ///< Unit of the times of points; 0: see readPointTimes().
-  std::string sensor_frame;   ///< Frame whose origin is the start of beams; "": the cloud's frame.
+  double max_rate_hz = 0.0;    ///< Messages beyond this rate are ignored; 0: no limit.
+  bool deskew = false;         ///< Each point has the pose of its own time; else that of the stamp.
+  double length_unit_m = 0.0;  ///< Unit of its messages; 0: see CloudOptions.
+  double time_unit_s = 0.0;    ///< Unit of the times of points; 0: see readPointTimes().
+  std::string sensor_frame;    ///< Frame whose origin is the start of beams; "": the cloud's frame.
   double forget_after_s = 0.0;  ///< See Forgetting; 0: never.
   /// Probabilities of the source; the thresholds are those of the map.
   SensorModelConfig sensor_model;
@@ -143,10 +142,8 @@ struct WindowParameters {
 
 /// Limits of the clouds kept for corrections of poses.
 struct KeepParameters {
-  int memory_mb = 0;           ///< Limit of packed clouds, in MB; 0: no cloud is kept.
-  double max_age_s = 86400.0;  ///< Older clouds become a fixed part of the map.
-  std::string body_frame;      ///< Frame of the corrected poses; empty: the frame of the cloud.
-  double tolerance_m = 0.05;   ///< A path that moves nothing farther than this changes nothing.
+  int memory_mb = 0;       ///< Limit of packed clouds, in MB; 0: no cloud is kept.
+  std::string body_frame;  ///< Frame of the corrected poses; empty: the frame of the cloud.
 
   [[nodiscard]] bool isOn() const { return memory_mb > 0; }
 };
@@ -160,9 +157,9 @@ struct OctomapServerParameters {
   double occupancy_max_z_m = 1e9;   ///< Higher cells are in no topic of octomap_server.
   double min_x_size_m = 0.0;        ///< Minimum size of projected_map.
   double min_y_size_m = 0.0;        ///< Minimum size of projected_map.
-  int max_projection_mb = 100;      ///< Maximum size of projected_map: a byte per cell.
-  bool is_height_map = true;        ///< Colour of occupied cells by height; else `color`.
-  double color_factor = 0.8;        ///< Share of the circle of hues over the range of heights.
+  int max_projection_mb = 100;  ///< Maximum size of projected_map: a byte per cell. No parameter.
+  bool is_height_map = true;    ///< Colour of occupied cells by height; else `color`.
+  double color_factor = 0.8;    ///< Share of the circle of hues over the range of heights.
   std::array<double, 4> color = {0.0, 0.0, 1.0, 1.0};       ///< r, g, b, a of occupied cells.
   std::array<double, 4> color_free = {0.0, 1.0, 0.0, 1.0};  ///< r, g, b, a of free cells.
 };
@@ -236,8 +233,7 @@ struct NodeParameters {
   double autosave_period_s = 60.0;
   bool is_autosave_read = false;  ///< Read at the start: saves may replace it. No parameter.
   double map_part_size_mb =
-      250.0;                  ///< Bound of a message of cuboid_map, before it is deflated, in MB.
-  int file_memory_mb = 4000;  ///< Bound of the memory for reading a map, in MB.
+      250.0;  ///< Bound of a message of cuboid_map, before it is deflated, in MB.
   ServiceLimits service_limits;
   FleetParameters fleet;
   WindowParameters window;

@@ -109,14 +109,10 @@ std::vector<ParameterDeclaration> declareSources() {
        "the space before their ends becomes free."},
       {"max_rate", "Hz", number(&S::max_rate_hz, 0.0, 1000.0),
        "Maximum rate of messages, by their stamps; others are ignored. 0: no limit."},
-      {"depth_unit", "m", number(&S::depth_unit_m, 0.0, 1.0),
-       "Unit of depth images; 0.0002 in the data sets of TUM. 0: 16UC1 is in millimetres and 32FC1 "
-       "in metres, as in REP 118; 32FC1 with whole numbers above 100 is in millimetres. Depths "
-       "that "
-       "no camera measures are refused."},
-      {"point_unit", "m", number(&S::point_unit_m, 0.0, 1.0),
-       "Unit of clouds and planar scans. 0: metres, but clouds with half of the points more than 1 "
-       "km away are refused."},
+      {"length_unit", "m", number(&S::length_unit_m, 0.0, 1.0),
+       "Unit of points, ranges and depths; 0.0002 in the depth images of TUM. 0: metres, but 16UC1 "
+       "is in millimetres (REP 118), and 32FC1 with whole numbers above 100, too. Depths that no "
+       "camera measures, and clouds with half of the points more than 1 km away, are refused."},
       {kListKey, "", sourcesKind(),
        "Several sensors. Each element has a topic, an optional name, and the values that differ "
        "from those outside the list: type, camera_info, use, max_rate, deskew, *_unit, "

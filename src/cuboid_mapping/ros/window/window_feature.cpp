@@ -8,8 +8,28 @@
 #include <ros/console.h>
 
 #include <filesystem>
+#include <string>
+#include <utility>
 
 namespace cuboid_mapping_ros {
+namespace {
+
+using P = NodeParameters;
+
+/// The edge of the window, from which its margin follows.
+ParameterKind sizeKind() {
+  ParameterKind kind =
+      number({&P::window, &WindowParameters::config, &WindowConfig::size_m}, 0.1, 1e6);
+  kind.set = [set = kind.set](P& parameters, const XmlRpc::XmlRpcValue& value) {
+    std::string refusal = set(parameters, value);
+    WindowConfig& config = parameters.window.config;
+    config.margin_m = 0.1 * config.size_m;
+    return refusal;
+  };
+  return kind;
+}
+
+}  // namespace
 
 WindowFeature::WindowFeature(const MapHost& host) : map_(host.map) {
   const WindowParameters& window = host.parameters.window;
@@ -29,17 +49,13 @@ void WindowFeature::report(NodeReport& report) {
 }
 
 std::vector<ParameterDeclaration> WindowFeature::declare() {
-  using P = NodeParameters;
   return {
       {"window/frame", "", frame({&P::window, &WindowParameters::frame_id}, true),
        "Frame of the robot. Only the map around it stays in memory. Its position is taken at the "
        "stamp of each cloud. Empty: the whole map stays."},
-      {"window/size", "m",
-       number({&P::window, &WindowParameters::config, &WindowConfig::size_m}, 0.1, 1e6),
-       "Edge of the window, a cube along the axes of the map."},
-      {"window/margin", "m",
-       number({&P::window, &WindowParameters::config, &WindowConfig::margin_m}, 0.0, 1e6),
-       "A part of the map leaves memory only beyond this distance from the window."},
+      {"window/size", "m", sizeKind(),
+       "Edge of the window, a cube along the axes of the map. A part of the map leaves memory only "
+       "beyond a tenth of this from the window."},
       {"window/outside", "",
        choice<OutsideWindow>({&P::window, &WindowParameters::config, &WindowConfig::outside},
                              {{"keep", OutsideWindow::kKeep},
