@@ -232,6 +232,36 @@ TEST(ScanUpdate, grazesNothingWhereABeamHasNoReturnOrIsCut) {
   EXPECT_TRUE(grazesOf(update).empty());
 }
 
+TEST(ScanUpdate, keepsTheEdgeOfAWallThatBeamsWithoutAReturnPass) {
+  Scan scan;
+  for (float y = -1.0F; y < 1.0F; y += 0.02F) {
+    for (float z = -1.0F; z < 1.0F; z += 0.02F) scan.points.emplace_back(4.05F, y, z);
+  }
+  scan.no_returns = {{10.0F, 0.05F, 2.54F}, {10.0F, 0.05F, 8.0F}};
+  const Cell at_edge{40, 0, 10};  // The first beam passes the wall at 1.03 m.
+  const Cell behind_edge{60, 0, 15};
+  const Cell before_edge{20, 0, 5};
+  const Cell far_above{40, 0, 32};
+  for (const double max_range_m : {kNoLimit, 8.0}) {
+    for (const bool keep_surfaces : {false, true}) {
+      BeamRanges ranges{max_range_m};
+      ranges.keep_surfaces = keep_surfaces;
+      ScanUpdater updater(Grid(0.1), ranges);
+      const ScanUpdate& update = updater.compute(scan);
+      const std::set<Cell> grazes = grazesOf(update);
+      const ObservedCells observed = test::toObservedCells(update);
+      for (const Cell& cell : {at_edge, behind_edge}) {
+        EXPECT_EQ(grazes.count(cell), keep_surfaces ? 1U : 0U) << max_range_m;
+        EXPECT_EQ(observed.count(cell), keep_surfaces ? 0U : 1U) << max_range_m;
+      }
+      for (const Cell& cell : {before_edge, far_above}) {
+        EXPECT_EQ(grazes.count(cell), 0U) << max_range_m;
+        EXPECT_EQ(observed.count(cell), 1U) << max_range_m;
+      }
+    }
+  }
+}
+
 TEST(ScanUpdate, withAnEndMarginHasTheVoxelsOfAScanWithoutOne) {
   test::Random random(15);
   std::size_t num_voxels = 0;

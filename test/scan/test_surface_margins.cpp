@@ -67,6 +67,27 @@ TEST(SurfaceMargins, areNoneOnAWallThatFacesTheSensor) {
   for (const float margin : margins) EXPECT_EQ(margin, 0.0F);
 }
 
+TEST(SurfaceMargins, ofNoReturnsBeginBeforeWhatTheyPassAndAreNoneFarBesideIt) {
+  Scan scan;
+  for (float y = -1.0F; y < 1.0F; y += 0.02F) {
+    for (float z = -1.0F; z < 1.0F; z += 0.02F) scan.points.emplace_back(4.0F, y, z);
+  }
+  const std::size_t num_points = scan.points.size();
+  const float edge_rad = std::atan2(1.0F, 4.0F);
+  for (const float above_rad : {2.0F * kRadPerDegree, 8.0F * kRadPerDegree}) {
+    const float elevation_rad = edge_rad + above_rad;
+    scan.no_returns.emplace_back(10.0F * std::cos(elevation_rad), 0.0F,
+                                 10.0F * std::sin(elevation_rad));
+  }
+  scan.no_returns.emplace_back(std::numeric_limits<float>::quiet_NaN(), 0.0F, 0.0F);
+  std::vector<float> margins;
+  SurfaceMargins(kReach_m, 1).compute(scan, margins);
+  ASSERT_EQ(margins.size(), num_points + 3);
+  EXPECT_NEAR(10.0F - 10.0F * margins[num_points], 4.0F - 2.0F * kReach_m, 0.2F);
+  EXPECT_EQ(margins[num_points + 1], 0.0F);
+  EXPECT_EQ(margins[num_points + 2], 0.0F);
+}
+
 TEST(SurfaceMargins, areNoneForOddEndsWhichChangeNoOthersAndNeitherDoThreadsOrEarlierScans) {
   using Number = std::numeric_limits<float>;
   const Scan floor = makeFloor();

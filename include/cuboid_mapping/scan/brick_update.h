@@ -21,7 +21,7 @@ struct BeamRanges {
   /// Length before a return in which a beam frees unknown voxels only, >= 0. With 0, a beam misses all voxels
   /// before its end, as in OctoMap.
   double end_margin_m = 0.0;
-  /// Beams free unknown voxels only where they lie along a surface that their neighbours hit, see SurfaceMargins.
+  /// Beams free unknown voxels only where they lie along what their neighbours hit, see SurfaceMargins.
   bool keep_surfaces = false;
 };
 
@@ -54,7 +54,7 @@ struct BrickUpdate {
 /// (no beam) at a free point       | its voxel, within kMaxBeamVoxels          | none
 ///
 /// With an end margin, a beam to a hit or an open end grazes the voxels of those slabs of its longest axis that it
-/// enters in the margin, and misses the others.
+/// enters in the margin, and misses the others. With keep_surfaces, so do no-returns, cut or not.
 ///
 /// A voxel that is hit and missed is a hit. The rules are those of octomap_server's insertScan.
 /// octomap::OccupancyOcTreeBase::computeUpdate differs in one point: it leaves out the voxel where a beam is

@@ -125,19 +125,33 @@ void ScanUpdater::markOpenBeam(const Ray& ray, BeamMarks& marks) const {
   (void)walkRay(ray, BrickCursor(ray, base_, marks));
 }
 
-/// Marks a beam that is not cut: misses up to the margin, grazes from there on.
-void ScanUpdater::markWithMargin(const Ray& ray, double margin_m, bool is_hit, Share& share) const {
+double ScanUpdater::marginOf(const BeamSource& source, std::size_t index, double length_m) const {
+  const double share = source.margins == nullptr ? 0.0 : source.margins[index];
+  const std::size_t num_ends = source.scan.points.size() + source.scan.open_ends.size();
+  if (index < num_ends) return std::max(share * length_m, ranges_.end_margin_m);
+  if (share == 0.0) return 0.0;
+  const Eigen::Vector3f beam = source.scan.no_returns[index - num_ends] - source.scan.origin;
+  return std::max(0.0, length_m - (1.0 - share) * static_cast<double>(beam.norm()));
+}
+
+/// Marks a beam: misses up to the margin, grazes from there on. The last voxel of an open end is not marked.
+void ScanUpdater::markWithMargin(const Ray& ray, double margin_m, EndMark end_mark,
+                                 Share& share) const {
   (void)walkRay(
       ray, MarginCursor(ray, base_, findMarginSlabs(ray, margin_m), share.marks, share.grazes));
   const Cell local_end = ray.end - base_;
-  if (is_hit) share.marks.findOrAdd(toBrickKey(local_end)).hits.set(voxelIndex(local_end));
+  const int voxel = voxelIndex(local_end);
+  if (end_mark == EndMark::kHit) share.marks.findOrAdd(toBrickKey(local_end)).hits.set(voxel);
+  if (end_mark == EndMark::kMiss) {
+    share.grazes.findOrAdd(toBrickKey(local_end)).misses[0].set(voxel);
+  }
 }
 
-/// The margins of a batch of returns. @param first  Number of the first.
+/// The margins of some beams of a batch. @param first  Number of the first of the batch.
 BatchMargins ScanUpdater::marginsOf(const BeamSource& source, std::size_t first,
-                                    const RayBatch& rays, Share& share) const {
+                                    std::uint32_t beams, const RayBatch& rays, Share& share) const {
   BatchMargins margins{share.grazes};
-  for (std::uint32_t bits = rays.taken & ~rays.cut; bits != 0; bits &= bits - 1) {
+  for (std::uint32_t bits = beams; bits != 0; bits &= bits - 1) {
     const auto i = static_cast<std::size_t>(__builtin_ctz(bits));
     const double margin_m = marginOf(source, first + i, rays.length_m[i]);
     if (margin_m > 0.0) margins.slabs[i] = findMarginSlabs(rays.rayOf(i), margin_m);
@@ -151,9 +165,10 @@ std::uint32_t ScanUpdater::addBatch(const BeamSource& source, const Eigen::Vecto
   RayBatch rays;
   computeRays(source.ray_origin, ends, count, ranges_.max_range_m, rays);
   std::uint32_t marked = 0;
-  if (are_returns && hasMargins()) {
-    const auto first = static_cast<std::size_t>(ends - source.scan.points.data());
-    const BatchMargins margins = marginsOf(source, first, rays, share);
+  if (hasMargins()) {
+    const std::uint32_t with_margin = are_returns ? rays.taken & ~rays.cut : rays.taken;
+    const BatchMargins margins =
+        marginsOf(source, source.marginIndexOf(ends, are_returns), with_margin, rays, share);
     marked = markSlabs(rays, base_, share.marks, 0, &margins);
   } else {
     marked = markSlabs(rays, base_, share.marks);
@@ -189,12 +204,12 @@ void ScanUpdater::addBeam(const BeamSource& source, const Eigen::Vector3f& end, 
   const auto ray = cutRay(source, end, is_cut, share);
   if (!ray) return;
   const bool is_hit = is_return && !is_cut;
+  const bool has_margin = hasMargins() && (is_hit || !is_return);
   const double margin_m =
-      is_hit && hasMargins()
-          ? marginOf(source, static_cast<std::size_t>(&end - source.scan.points.data()),
-                     ray->length_m)
-          : 0.0;
-  if (margin_m > 0.0) return markWithMargin(*ray, margin_m, true, share);
+      has_margin ? marginOf(source, source.marginIndexOf(&end, is_return), ray->length_m) : 0.0;
+  if (margin_m > 0.0) {
+    return markWithMargin(*ray, margin_m, is_hit ? EndMark::kHit : EndMark::kMiss, share);
+  }
   markBeam(*ray, is_hit, share.marks);
 }
 
@@ -205,7 +220,7 @@ void ScanUpdater::addOpenBeam(const BeamSource& source, std::size_t index, Share
   if (!ray) return;
   if (is_cut) return markBeam(*ray, false, share.marks);
   const double margin_m = marginOf(source, source.scan.points.size() + index, ray->length_m);
-  if (margin_m > 0.0) return markWithMargin(*ray, margin_m, false, share);
+  if (margin_m > 0.0) return markWithMargin(*ray, margin_m, EndMark::kNone, share);
   markOpenBeam(*ray, share.marks);
 }
 

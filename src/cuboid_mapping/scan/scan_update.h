@@ -94,6 +94,12 @@ class ScanUpdater {
     RayOrigin ray_origin;
     const float* margins = nullptr;  ///< See SurfaceMargins; null: none.
 
+    /// Number of a return or a no-return among the margins.
+    [[nodiscard]] std::size_t marginIndexOf(const Eigen::Vector3f* end, bool is_return) const {
+      if (is_return) return static_cast<std::size_t>(end - scan.points.data());
+      return scan.points.size() + scan.open_ends.size() +
+             static_cast<std::size_t>(end - scan.no_returns.data());
+    }
     /// @param index  In the returns, then the no-returns.
     [[nodiscard]] const Eigen::Vector3f& endOf(std::size_t index) const {
       const std::size_t num_points = scan.points.size();
@@ -103,18 +109,18 @@ class ScanUpdater {
 
   void markBeam(const Ray& ray, bool is_hit, BeamMarks& marks) const;
   void markOpenBeam(const Ray& ray, BeamMarks& marks) const;
-  void markWithMargin(const Ray& ray, double margin_m, bool is_hit, Share& share) const;
-  /// End margin of a beam; 0: none. @param index  In the points, then the open ends.
-  [[nodiscard]] double marginOf(const BeamSource& source, std::size_t index,
-                                double length_m) const {
-    const double share = source.margins == nullptr ? 0.0 : source.margins[index];
-    return std::max(share * length_m, ranges_.end_margin_m);
-  }
+  /// What the voxel becomes in which a beam ends.
+  enum class EndMark { kHit, kMiss, kNone };
+  void markWithMargin(const Ray& ray, double margin_m, EndMark end_mark, Share& share) const;
+  /// End margin of a beam, which is not cut unless it is a no-return; 0: none.
+  /// @param index  In the points, then the open ends, then the no-returns.
+  [[nodiscard]] double marginOf(const BeamSource& source, std::size_t index, double length_m) const;
   [[nodiscard]] bool hasMargins() const {
     return ranges_.end_margin_m > 0.0 || ranges_.keep_surfaces;
   }
   [[nodiscard]] BatchMargins marginsOf(const BeamSource& source, std::size_t first,
-                                       const RayBatch& rays, Share& share) const;
+                                       std::uint32_t beams, const RayBatch& rays,
+                                       Share& share) const;
   [[nodiscard]] std::uint32_t addBatch(const BeamSource& source, const Eigen::Vector3f* ends,
                                        int count, bool are_returns, Share& share) const;
   /// The beam to a point, cut at the maximum range. @return Nothing if it is out of range or too far, which is

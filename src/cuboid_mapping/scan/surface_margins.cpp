@@ -17,6 +17,8 @@ constexpr int kColumns = 360;
 constexpr float kPixelsPerRad = 180.0F / kPi;
 /// Neighbours are at most 6 degrees apart.
 constexpr int kMaxStep = 6;
+/// So far beside an end a beam without a return may pass what ends there.
+constexpr int kEdgeStep = 5;
 /// The image has a margin of kMaxStep on all sides. That of the columns repeats those of the other side.
 constexpr int kRows = 181 + 2 * kMaxStep;
 constexpr int kMiddleRow = kRows / 2;
@@ -172,14 +174,14 @@ class SideWalk {
 
 SurfaceMargins::SurfaceMargins(double reach_m, int threads)
     : reach_m_(static_cast<float>(reach_m)), threads_(threads) {
-  for (std::vector<float>* image : {&ranges_m_, &elevations_, &shares_}) {
+  for (std::vector<float>* image : {&ranges_m_, &elevations_, &shares_, &nearest_m_}) {
     image->resize(std::size_t{kRows} * kStride);
   }
 }
 
-/// Puts ends into the image. @param pixels  Where theirs go.
+/// Puts ends into the image. @param pixels  Where theirs go. @param are_surfaces  Else they are only looked up.
 void SurfaceMargins::place(const std::vector<Eigen::Vector3f>& ends, const Eigen::Vector3f& origin,
-                           std::int32_t* pixels) {
+                           std::int32_t* pixels, bool are_surfaces) {
   const auto last = static_cast<std::ptrdiff_t>(ends.size()) - 1;
   for (std::ptrdiff_t first = 0; first <= last; first += 4) {
     const auto ways = [&](int axis) {  // Behind the last comes the last again.
@@ -192,7 +194,8 @@ void SurfaceMargins::place(const std::vector<Eigen::Vector3f>& ends, const Eigen
     for (int i = 0; i < 4; ++i) {
       const auto pixel = static_cast<std::size_t>(directions.pixels[i]);
       pixels[std::min(first + i, last)] = directions.pixels[i];
-      if (pixel == kNoPixel || directions.ranges_m[i] <= ranges_m_[pixel]) continue;
+      const bool is_nearer = directions.ranges_m[i] <= ranges_m_[pixel];
+      if (!are_surfaces || pixel == kNoPixel || is_nearer) continue;
       ranges_m_[pixel] = directions.ranges_m[i];
       elevations_[pixel] = directions.elevations[i];
     }
@@ -233,25 +236,64 @@ void SurfaceMargins::computeShares(int row) {
   }
 }
 
+/// The least of the ranges within kEdgeStep pixels of each. @param first_row, num_rows  All rows with ends.
+void SurfaceMargins::findNearest(int first_row, int num_rows) {
+  constexpr float kNone = std::numeric_limits<float>::infinity();
+  std::fill(nearest_m_.begin(), nearest_m_.end(), kNone);
+  std::vector<float> beside_m(kStride);
+  for (int row = first_row; row < first_row + num_rows; ++row) {
+    const float* const ranges_m = &ranges_m_[static_cast<std::size_t>(row * kStride)];
+    std::fill(beside_m.begin(), beside_m.end(), kNone);
+    for (int step = -kEdgeStep; step <= kEdgeStep; ++step) {
+      for (int column = kMaxStep; column < kMaxStep + kColumns; ++column) {
+        const float range_m = ranges_m[column + step];
+        float& least_m = beside_m[static_cast<std::size_t>(column)];
+        least_m = std::min(least_m, range_m > 0.0F ? range_m : kNone);
+      }
+    }
+    for (int step = -kEdgeStep; step <= kEdgeStep; ++step) {
+      float* const nearest_m = &nearest_m_[static_cast<std::size_t>((row + step) * kStride)];
+      for (int column = kMaxStep; column < kMaxStep + kColumns; ++column) {
+        nearest_m[column] = std::min(nearest_m[column], beside_m[static_cast<std::size_t>(column)]);
+      }
+    }
+  }
+}
+
+void SurfaceMargins::addNoReturns(const Scan& scan, float* shares) {
+  std::vector<std::int32_t> pixels(scan.no_returns.size());
+  place(scan.no_returns, scan.origin, pixels.data(), false);
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    if (pixels[i] == kNoPixel) continue;
+    const float length_m = (scan.no_returns[i] - scan.origin).norm();
+    const float begin_m = nearest_m_[static_cast<std::size_t>(pixels[i])] - kMinMargin * reach_m_;
+    shares[i] = std::clamp((length_m - begin_m) / length_m, 0.0F, 1.0F);
+  }
+}
+
 void SurfaceMargins::compute(const Scan& scan, std::vector<float>& margins) {
   pixels_.resize(scan.points.size() + scan.open_ends.size());
-  place(scan.points, scan.origin, pixels_.data());
-  place(scan.open_ends, scan.origin, pixels_.data() + scan.points.size());
+  place(scan.points, scan.origin, pixels_.data(), true);
+  place(scan.open_ends, scan.origin, pixels_.data() + scan.points.size(), true);
   std::int32_t first_pixel = kRows * kStride;
   std::int32_t last_pixel = kNoPixel;
   for (const std::int32_t pixel : pixels_) {
     first_pixel = std::min(first_pixel, pixel == kNoPixel ? first_pixel : pixel);
     last_pixel = std::max(last_pixel, pixel);
   }
-  margins.assign(pixels_.size(), 0.0F);
+  margins.assign(pixels_.size() + scan.no_returns.size(), 0.0F);
   if (last_pixel == kNoPixel) return;
   const int first_row = first_pixel / kStride;
   const int num_rows = last_pixel / kStride + 1 - first_row;
   for (int i = 0; i < num_rows; ++i) closeCircle(first_row + i);
   parallelFor(static_cast<std::size_t>(num_rows), threads_,
               [&](std::size_t i) { computeShares(first_row + static_cast<int>(i)); });
-  for (std::size_t i = 0; i < margins.size(); ++i) {
+  for (std::size_t i = 0; i < pixels_.size(); ++i) {
     margins[i] = shares_[static_cast<std::size_t>(pixels_[i])];
+  }
+  if (!scan.no_returns.empty()) {
+    findNearest(first_row, num_rows);
+    addNoReturns(scan, margins.data() + pixels_.size());
   }
   std::fill_n(ranges_m_.begin() + first_row * kStride, num_rows * kStride, 0.0F);
 }
