@@ -317,6 +317,52 @@ TEST(BoxCover, keepsTheDoorOpenOrNamesTheLostRoom) {
   EXPECT_GT(num_lost, 0);
 }
 
+/// A storey of 16 rooms with things in them, and a door of 6 voxels in each wall.
+CuboidMap makeStorey(Random& random) {
+  CuboidMap map;
+  const CellBox storey{{0, 0, 0}, {96, 64, 8}};
+  map.replace(storey, std::vector<UniformBox>{{storey, -1.0F}});
+  const auto fill = [&](const CellBox& box, float log_odds) {
+    map.replace(box, std::vector<UniformBox>{{box, log_odds}});
+  };
+  for (int x = 24; x < 96; x += 24) fill({{x, 0, 0}, {x + 1, 64, 8}}, 1.0F);
+  for (int y = 16; y < 64; y += 16) fill({{0, y, 0}, {96, y + 1, 8}}, 1.0F);
+  for (int i = 0; i < 60; ++i) {
+    const Cell corner{random.integer(0, 93), random.integer(0, 61), 0};
+    const Cell size{random.integer(1, 3), random.integer(1, 3), random.integer(2, 8)};
+    fill({corner, corner + size}, 1.0F);
+  }
+  for (int x = 24; x < 96; x += 24) {
+    for (int y = 0; y < 64; y += 16) {
+      const int door = y + random.integer(2, 7);
+      fill({{x - 6, door, 0}, {x + 7, door + 6, 8}}, -1.0F);
+    }
+  }
+  for (int y = 16; y < 64; y += 16) {
+    for (int x = 0; x < 96; x += 24) {
+      const int door = x + random.integer(2, 15);
+      fill({{door, y - 6, 0}, {door + 6, y + 7, 8}}, -1.0F);
+    }
+  }
+  return map;
+}
+
+TEST(BoxCover, keepsTheDoorsOfManyRoomsOpenWithFewBoxes) {
+  Random random(3917);
+  for (std::size_t i = 0; i < 8; ++i) {
+    SCOPED_TRACE(test::seedNote(i));
+    const CuboidMap map = makeStorey(random);
+    CoverTask task;
+    task.max_boxes = 40;
+    task.keep_passages_m = 5 * map.grid().resolution();
+    const auto cover = coverOccupied(map, task, Budget::unlimited());
+    EXPECT_TRUE(cover.isFound());
+    EXPECT_LE(cover.value.boxes.size(), 40U);
+    EXPECT_TRUE(cover.value.lost.empty()) << cover.value.lost.size();
+    EXPECT_LT(cover.value.added_volume_m3, 1.6 * cover.value.occupied_volume_m3);
+  }
+}
+
 TEST(BoxCover, keepsBoxesThatDidNotChange) {
   Random random(3916);
   CuboidMap map = makeMap(randomBoxes(random, {{-60, -60, -10}, {60, 60, 10}}, 400));

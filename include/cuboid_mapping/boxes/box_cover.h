@@ -49,7 +49,8 @@ struct BoxCover {
 ///
 /// Passages: the places of the robot between the known free voxels of the region are compared with those beside
 /// the boxes. If places that were connected no longer are, the search keeps a way between them free, and begins
-/// again. Unless BoxCover::lost names them, they are connected, or a place at most the robot's edges away is.
+/// again; at most 100 boxes are also united only where all stay connected. Unless BoxCover::lost names them, they
+/// are connected, or a place at most the robot's edges away is.
 ///
 /// With CoverTask::previous the search begins with those boxes. Its answer is taken if it costs at most a tenth
 /// more than that of a search without them.

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 namespace cuboid_mapping {
@@ -77,6 +78,7 @@ class CoverSearch {
         cost_(map),
         voxels_(budget),
         budget_(budget),
+        max_boxes_(task.max_boxes),
         keep_free_(task.keep_free) {
     for (const CellBox& box : occupied) voxels_.add(box);
   }
@@ -88,24 +90,16 @@ class CoverSearch {
     if (!last.empty() && costOf(last) <= kWorth * costOf(boxes_)) boxes_ = last;
   }
 
-  /// Keeps ways free where the boxes cut a robot off, as far as max_boxes allow.
+  /// Looks for boxes that cut a robot off nowhere, or at as few places as possible.
   void keepPassages(Passages& passages) {
+    constexpr int kFewRounds = 3;
+    constexpr int kManyRounds = 40;
+    constexpr std::size_t kMostUnited = 100;  // All pairs of boxes are compared.
     lost_ = passages.findLost(coverOf(boxes_));
-    constexpr std::size_t kAtOnce = 2;
-    constexpr int kRounds = 40;
-    for (int round = 0; round < kRounds && !lost_.empty() && budget_.checkClock(); ++round) {
-      std::vector<CellBox> boxes_before = boxes_;
-      std::vector<LostPassage> lost_before = lost_;
-      for (std::size_t i = 0; i < std::min(kAtOnce, lost_.size()); ++i) {
-        keep_free_.insert(keep_free_.end(), lost_[i].way.begin(), lost_[i].way.end());
-      }
-      run();
-      lost_ = passages.findLost(coverOf(boxes_));
-      if (boxes_.size() <= std::max(task_.max_boxes, boxes_before.size())) continue;
-      boxes_.swap(boxes_before);
-      lost_.swap(lost_before);
-      return;
-    }
+    keepWays(passages, kFewRounds);
+    if (lost_.empty()) return;
+    if (task_.max_boxes <= kMostUnited && uniteBeside(passages)) return;
+    keepWays(passages, kManyRounds);
   }
 
   [[nodiscard]] const std::vector<CellBox>& boxes() const { return boxes_; }
@@ -113,6 +107,80 @@ class CoverSearch {
   [[nodiscard]] double numAdded() const { return coverOf(boxes_).size() - voxels_.size(); }
 
  private:
+  /// Keeps ways free where the boxes cut a robot off, as far as max_boxes_ allow.
+  void keepWays(Passages& passages, int num_rounds) {
+    constexpr std::size_t kAtOnce = 2;
+    for (int round = 0; round < num_rounds && !lost_.empty() && budget_.checkClock(); ++round) {
+      std::vector<CellBox> boxes_before = boxes_;
+      std::vector<LostPassage> lost_before = lost_;
+      for (std::size_t i = 0; i < std::min(kAtOnce, lost_.size()); ++i) {
+        keep_free_.insert(keep_free_.end(), lost_[i].way.begin(), lost_[i].way.end());
+      }
+      run();
+      lost_ = passages.findLost(coverOf(boxes_));
+      if (boxes_.size() <= std::max(max_boxes_, boxes_before.size())) continue;
+      boxes_.swap(boxes_before);
+      lost_.swap(lost_before);
+      return;
+    }
+  }
+
+  /// Begins with twice as many boxes, beside which ways stay open at little cost, and unites two by two while they do: few boxes
+  /// close so much that ways between them are found only far from the best. @return Whether max_boxes suffice; else
+  /// nothing changes.
+  bool uniteBeside(Passages& passages) {
+    const std::vector<CellBox> boxes_before = boxes_;
+    const std::vector<LostPassage> lost_before = lost_;
+    const std::vector<CellBox> keep_free_before = keep_free_;
+    keep_free_ = task_.keep_free;
+    max_boxes_ *= 2;
+    run();
+    lost_ = passages.findLost(coverOf(boxes_));
+    constexpr int kRounds = 20;
+    keepWays(passages, kRounds);
+    max_boxes_ = task_.max_boxes;
+    const auto is_open = [&](const std::vector<CellBox>& boxes) {
+      return passages.findLost(coverOf(boxes)).empty() && !budget_.isSpent();
+    };
+    bool is_united = lost_.empty();
+    while (is_united && boxes_.size() > max_boxes_) is_united = uniteTwo(is_open);
+    if (!is_united) {
+      boxes_ = boxes_before;
+      lost_ = lost_before;
+      keep_free_ = keep_free_before;
+      return false;
+    }
+    CoverExchange exchange(voxels_, boxes_, keep_free_, cost_, budget_, is_open);
+    exchange.improve(max_boxes_);
+    boxes_ = exchange.boxes();
+    return true;
+  }
+
+  /// Unites the two boxes at the least cost beside which all ways are open. @return Whether there are any.
+  bool uniteTwo(const CoverTest& is_open) {
+    const VoxelSet cover = coverOf(boxes_);
+    std::vector<std::pair<double, CellBox>> unions;
+    for (std::size_t i = 0; i < boxes_.size() && budget_.spendAndUnlock(); ++i) {
+      for (std::size_t k = 0; k < i; ++k) {
+        const CellBox both = unite(boxes_[i], boxes_[k]);
+        if (isAllowed(both, keep_free_)) unions.emplace_back(cost_.ofBox(both, cover), both);
+      }
+    }
+    std::stable_sort(unions.begin(), unions.end(),
+                     [](const auto& a, const auto& b) { return a.first < b.first; });
+    for (const auto& item : unions) {
+      const CellBox& both = item.second;
+      std::vector<CellBox> boxes{both};
+      std::copy_if(boxes_.begin(), boxes_.end(), std::back_inserter(boxes),
+                   [&](const CellBox& box) { return !both.contains(box); });
+      if (!budget_.checkClock()) return false;
+      if (!is_open(boxes)) continue;
+      boxes_.swap(boxes);
+      return true;
+    }
+    return false;
+  }
+
   [[nodiscard]] VoxelSet coverOf(const std::vector<CellBox>& boxes) const {
     VoxelSet cover(budget_);
     for (const CellBox& box : boxes) cover.add(box);
@@ -125,10 +193,10 @@ class CoverSearch {
 
   [[nodiscard]] std::vector<CellBox> findBoxes() const {
     BoxMerger merger(occupied_, keep_free_, cost_, budget_);
-    merger.mergeTo(task_.max_boxes);
+    merger.mergeTo(max_boxes_);
     if (!merger.hasMerged()) return merger.boxes();
     CoverExchange exchange(voxels_, merger.boxes(), keep_free_, cost_, budget_);
-    exchange.improve(task_.max_boxes);
+    exchange.improve(max_boxes_);
     return exchange.boxes();
   }
 
@@ -144,8 +212,8 @@ class CoverSearch {
     const std::vector<CellBox> others = subtractAll(occupied_, boxes);
     boxes.insert(boxes.end(), others.begin(), others.end());
     BoxMerger merger(boxes, keep_free_, cost_, budget_);
-    merger.mergeTo(task_.max_boxes);
-    return merger.boxes().size() <= task_.max_boxes ? merger.boxes() : std::vector<CellBox>();
+    merger.mergeTo(max_boxes_);
+    return merger.boxes().size() <= max_boxes_ ? merger.boxes() : std::vector<CellBox>();
   }
 
   const CoverTask& task_;
@@ -153,6 +221,7 @@ class CoverSearch {
   CoverCost cost_;
   VoxelSet voxels_;
   Budget& budget_;
+  std::size_t max_boxes_;
   std::vector<CellBox> keep_free_;
   std::vector<CellBox> boxes_;
   std::vector<LostPassage> lost_;

@@ -140,6 +140,7 @@ bool CoverExchange::takeIfBetter(std::vector<CellBox> boxes) {
   const double cost = costOf(boxes);
   if (budget_.isSpent() || cost > cost_of_boxes_) return false;
   if (cost == cost_of_boxes_ && boxes.size() >= boxes_.size()) return false;
+  if (may_take_ && !may_take_(boxes)) return false;
   boxes_ = std::move(boxes);
   cost_of_boxes_ = cost;
   return true;

@@ -3,22 +3,30 @@
 
 #include "cuboid_mapping/boxes/cover_cost.h"
 
+#include <functional>
 #include <optional>
+#include <utility>
 #include <vector>
 
 namespace cuboid_mapping {
+
+/// Whether a cover may be taken.
+using CoverTest = std::function<bool(const std::vector<CellBox>& boxes)>;
 
 /// Reduces the cost of a cover: shrinks each box to the voxels that no other box covers, and splits one
 /// box if two others can be united for less.
 class CoverExchange {
  public:
   /// @param occupied  The covered voxels. Must outlive this object, as must keep_free, cost and budget.
+  /// @param may_take  Asked about each cover of less cost; empty: all may be taken.
   CoverExchange(const VoxelSet& occupied, std::vector<CellBox> boxes,
-                const std::vector<CellBox>& keep_free, const CoverCost& cost, Budget& budget)
+                const std::vector<CellBox>& keep_free, const CoverCost& cost, Budget& budget,
+                CoverTest may_take = {})
       : occupied_(occupied),
         keep_free_(keep_free),
         cost_(cost),
         budget_(budget),
+        may_take_(std::move(may_take)),
         boxes_(std::move(boxes)),
         cost_of_boxes_(costOf(boxes_)) {}
 
@@ -57,6 +65,7 @@ class CoverExchange {
   const std::vector<CellBox>& keep_free_;
   const CoverCost& cost_;
   Budget& budget_;
+  CoverTest may_take_;
   std::vector<CellBox> boxes_;
   double cost_of_boxes_;
 };
