@@ -72,7 +72,6 @@ cuboid_mapping_add_part(core
   cuboid_mapping/scan/cloud_columns.cpp
   cuboid_mapping/scan/cloud_faces.cpp
   cuboid_mapping/scan/column_walk.cpp
-  cuboid_mapping/scan/dense_beams.cpp
   cuboid_mapping/scan/face_beams.cpp
   cuboid_mapping/scan/ray_batch.cpp
   cuboid_mapping/scan/ray_walk.cpp

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The part of ScanUpdater that takes dense beams by columns.
-#include "cuboid_mapping/parallel/parallel_for.h"
 #include "cuboid_mapping/scan/brick_cursor.h"
 #include "cuboid_mapping/scan/column_walk.h"
 #include "cuboid_mapping/scan/scan_update.h"
 #include "cuboid_mapping/scan/slab_walk.h"
 
 #include <algorithm>
-#include <atomic>
+#include <array>
 #include <cmath>
+#include <vector>
 
 namespace cuboid_mapping {
 namespace {
@@ -17,6 +17,20 @@ namespace {
 constexpr std::size_t kBeamsOfPart = 4096;
 /// Slabs of one piece of work. Each piece finds the columns at one plane that another finds, too.
 constexpr int kSlabsOfPiece = 8;
+/// Clouds of fewer beams are nowhere dense enough for columns to pay.
+constexpr std::size_t kMinDenseBeams = 4096;
+/// One beam of so many is looked at: a prime, since clouds have rows of round numbers.
+constexpr std::size_t kSampleStep = 37;
+/// Fields of slopes on each axis of a face.
+constexpr int kFields = 16;
+constexpr double kFieldEdge = 2.0 / kFields;
+
+/// Measured costs, in slabs that the walk takes one beam through.
+constexpr double kWalkSetUp = 15.0;
+constexpr double kSort = 13.0;    ///< Sorting a beam into its face.
+constexpr double kColumn = 20.0;  ///< Finding and marking a column at a plane.
+
+constexpr double kMinGain = 0.15;  ///< As a share of the walk's cost.
 
 /// Consecutive slabs of a face.
 struct Piece {
@@ -25,14 +39,76 @@ struct Piece {
   int last;
 };
 
+struct Sample {
+  int field;
+  float depth;
+};
+
+/// Whether the origin is so near a border that ColumnWalk leaves many beams to walkRay(): all beams are near that
+/// border at plane 0, and rounding decides which voxels there they pass. The walk of each is faster then.
+bool isOnBorder(const RayOrigin& origin) {
+  const double margin_m = acrossMargin(0.0) * origin.grid().resolution();
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const bool is_up : {false, true}) {
+      if (std::abs(origin.toBorder(axis, is_up)) < margin_m) return true;
+    }
+  }
+  return false;
+}
+
+/// Whether ColumnWalk is expected to be clearly cheaper for a scan than the walk of each beam, from the density
+/// of a part of the beams.
+/// @pre origin.cell().
+bool areDense(const Scan& scan, const RayOrigin& origin, double max_range_m) {
+  const std::size_t num_beams = scan.points.size() + scan.no_returns.size();
+  const double inverse_m = origin.grid().inverseResolution();
+  std::array<int, kNumFaces * kFields * kFields> counts{};
+  std::vector<Sample> samples;
+  samples.reserve(num_beams / kSampleStep + 1);
+  for (std::size_t i = 0; i < num_beams; i += kSampleStep) {
+    const Eigen::Vector3f& end =
+        i < scan.points.size() ? scan.points[i] : scan.no_returns[i - scan.points.size()];
+    const Eigen::Vector3f way = end - origin.point();
+    int axis = std::abs(way.y()) > std::abs(way.x()) ? 1 : 0;
+    if (std::abs(way.z()) > std::abs(way[axis])) axis = 2;
+    const float along = std::abs(way[axis]);
+    if (!(along > 0.0F && std::isfinite(along))) continue;
+    int field = 2 * axis + (way[axis] < 0.0F ? 1 : 0);
+    for (const int across : {axis == 0 ? 1 : 0, axis == 2 ? 1 : 2}) {
+      field = kFields * field +
+              std::min(static_cast<int>((way[across] / along + 1.0F) / kFieldEdge), kFields - 1);
+    }
+    ++counts[static_cast<std::size_t>(field)];
+    const double part = std::min(1.0, max_range_m / static_cast<double>(way.norm()));
+    samples.push_back({field, static_cast<float>(along * part * inverse_m)});
+  }
+  double cost = 0.0;
+  double gain = 0.0;
+  for (const Sample& sample : samples) {
+    const double per_slope = counts[static_cast<std::size_t>(sample.field)] *
+                             static_cast<double>(kSampleStep) / (kFieldEdge * kFieldEdge);
+    const double dense = std::sqrt(per_slope / kColumn);
+    const double walk = kWalkSetUp + sample.depth;
+    cost += walk;
+    gain -= kSort;
+    // The columns that a beam shares grow with the square of the depth. Beams that end where they are sparse
+    // are set up a second time there, which takes what they saved.
+    if (sample.depth < dense)
+      gain += walk - sample.depth * sample.depth * sample.depth / (3.0 * dense * dense);
+  }
+  return gain > kMinGain * cost;
+}
+
 }  // namespace
 
-template <typename AddT>
-void ScanUpdater::forEachPart(std::size_t count, AddT add) {
-  std::atomic<std::size_t> next{0};
-  parallelFor(shares_.size(), numThreads(), [&](std::size_t i) {
-    for (std::size_t part = next++; part < count; part = next++) add(part, shares_[i]);
-  });
+bool ScanUpdater::usesColumns(const Scan& scan) const {
+  if (column_use_ == ColumnUse::kNever || hasMargins()) return false;
+  const RayOrigin origin(grid_, scan.anchor_map, scan.origin);
+  if (!isWithinKeyRange(origin)) return false;
+  if (column_use_ == ColumnUse::kAlways) return true;
+  if (scan.points.size() + scan.no_returns.size() < kMinDenseBeams || isOnBorder(origin))
+    return false;
+  return areDense(scan, origin, ranges_.max_range_m);
 }
 
 void ScanUpdater::addByColumns(const Scan& scan) {
@@ -90,11 +166,9 @@ void ScanUpdater::walkColumns(const BeamSource& source, const CloudFaces& faces)
   forEachPart(pieces.size(), [&](std::size_t i, Share& share) {
     const Piece& piece = pieces[i];
     const auto walk_beam = [&](std::uint32_t index, int last_slab, BeamMarks& marks) {
-      Eigen::Vector3f end = source.endOf(index);
-      if (std::isfinite(ranges_.max_range_m))
-        (void)cutBeam(source.scan.origin, ranges_.max_range_m, end);
       Ray ray;
-      if (!source.ray_origin.computeRay(end, ray)) return;
+      bool is_cut = false;
+      if (!cutRay(source, source.endOf(index), ray, is_cut)) return;
       (void)walkRay(ray, SlabCursor(ray, base_, marks, faces[piece.face].axis, last_slab + 1));
     };
     ColumnWalk(face_beams_[piece.face], faces.start(), walk_beam, share.marks)
@@ -135,12 +209,11 @@ void ScanUpdater::addRest(const BeamSource& source, const Eigen::Vector3f* ends,
     left &= ~markSlabs(rays, base_, share.marks, num_slabs);
   }
   for (; left != 0; left &= left - 1) {
-    Eigen::Vector3f end = ends[__builtin_ctz(left)];
-    if (std::isfinite(ranges_.max_range_m))
-      (void)cutBeam(source.scan.origin, ranges_.max_range_m, end);
     Ray ray;
-    if (source.ray_origin.computeRay(end, ray))
+    bool is_cut = false;
+    if (cutRay(source, ends[__builtin_ctz(left)], ray, is_cut)) {
       (void)walkRay(ray, BrickCursor(ray, base_, share.marks));
+    }
   }
 }
 

@@ -1,16 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/scan/scan_update.h"
 
-#include "cuboid_mapping/parallel/parallel_for.h"
 #include "cuboid_mapping/scan/brick_cursor.h"
-#include "cuboid_mapping/scan/dense_beams.h"
 #include "cuboid_mapping/scan/morton.h"
 #include "cuboid_mapping/scan/slab_walk.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cassert>
-#include <cmath>
 #include <cstdlib>
 #include <limits>
 
@@ -22,8 +18,6 @@ constexpr std::int32_t kReach = MortonOrder::kAlignment / 2;
 /// Distance within which sensors have beams.
 constexpr std::int32_t kSensorReach = kReach - (kMaxBeamVoxels + 1);
 constexpr std::size_t kPartsPerThread = 16;
-/// Clouds of fewer beams are nowhere dense enough for columns to pay.
-constexpr std::size_t kMinDenseBeams = 4096;
 /// Prefetch distance, in bricks.
 constexpr std::size_t kBricksAhead = 8;
 
@@ -36,32 +30,11 @@ Cell baseOf(const Cell& first_origin) {
   return base;
 }
 
-/// Whether every voxel of a beam from a cell has a key.
-bool isWithinSensorReach(const Cell& origin, const Cell& first_origin) {
-  for (int axis = 0; axis < 3; ++axis) {
-    const std::int64_t offset = std::int64_t{origin[axis]} - first_origin[axis];
-    if (offset < -kSensorReach || offset > kSensorReach) return false;
-  }
-  return true;
-}
-
 Cell toBrick(BrickKey key, const Cell& base) {
   constexpr std::uint64_t kMask = (1 << kBrickKeyBits) - 1;
   return base + Cell{static_cast<std::int32_t>(key & kMask) * kBrickEdge,
                      static_cast<std::int32_t>(key >> kBrickKeyBits & kMask) * kBrickEdge,
                      static_cast<std::int32_t>(key >> (2 * kBrickKeyBits) & kMask) * kBrickEdge};
-}
-
-/// Whether the origin is so near a border that ColumnWalk leaves many beams to walkRay(): all beams are near that
-/// border at plane 0, and rounding decides which voxels there they pass. The walk of each is faster then.
-bool isOnBorder(const RayOrigin& origin) {
-  const double margin_m = acrossMargin(0.0) * origin.grid().resolution();
-  for (int axis = 0; axis < 3; ++axis) {
-    for (const bool is_up : {false, true}) {
-      if (std::abs(origin.toBorder(axis, is_up)) < margin_m) return true;
-    }
-  }
-  return false;
 }
 
 /// Whether walkRay() is faster than the set-up of markSlabs() for one beam.
@@ -107,6 +80,15 @@ ScanUpdater::ScanUpdater(const Grid& grid, const BeamRanges& ranges, int threads
   if (ranges.keep_surfaces) surfaces_.emplace(grid.resolution(), threads);
 }
 
+bool ScanUpdater::isWithinKeyRange(const RayOrigin& origin) const {
+  if (!origin.cell()) return false;
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::int64_t offset = std::int64_t{(*origin.cell())[axis]} - first_origin_[axis];
+    if (std::abs(offset) > kSensorReach) return false;
+  }
+  return true;
+}
+
 void ScanUpdater::markBeam(const Ray& ray, bool is_hit, BeamMarks& marks) const {
   bool is_marked = false;
   if (hasLanes() && !isShort(ray)) {
@@ -118,11 +100,6 @@ void ScanUpdater::markBeam(const Ray& ray, bool is_hit, BeamMarks& marks) const 
   const int voxel = voxelIndex(local_end);
   BrickMarks& last_marks = marks.findOrAdd(toBrickKey(local_end));
   (is_hit ? last_marks.hits : last_marks.misses[0]).set(voxel);
-}
-
-/// Marks all but the last voxel, with walkRay(): markSlabs() marks the last one, too.
-void ScanUpdater::markOpenBeam(const Ray& ray, BeamMarks& marks) const {
-  (void)walkRay(ray, BrickCursor(ray, base_, marks));
 }
 
 double ScanUpdater::marginOf(const BeamSource& source, std::size_t index, double length_m) const {
@@ -181,13 +158,10 @@ std::uint32_t ScanUpdater::addBatch(const BeamSource& source, const Eigen::Vecto
   return ~marked & RayBatch::all(count);
 }
 
-std::optional<Ray> ScanUpdater::cutRay(const BeamSource& source, const Eigen::Vector3f& end,
-                                       bool& is_cut, Share& share) const {
-  Eigen::Vector3f last = end;
-  is_cut =
-      std::isfinite(ranges_.max_range_m) && cutBeam(source.scan.origin, ranges_.max_range_m, last);
+std::optional<Ray> ScanUpdater::countRay(const BeamSource& source, const Eigen::Vector3f& end,
+                                         bool& is_cut, Share& share) const {
   Ray ray;
-  if (!source.ray_origin.computeRay(last, ray)) {
+  if (!cutRay(source, end, ray, is_cut)) {
     ++share.num_out_of_range;
   } else if (!isWithinReach(ray.start, ray.end)) {
     ++share.num_too_far;
@@ -201,7 +175,7 @@ std::optional<Ray> ScanUpdater::cutRay(const BeamSource& source, const Eigen::Ve
 void ScanUpdater::addBeam(const BeamSource& source, const Eigen::Vector3f& end, bool is_return,
                           Share& share) const {
   bool is_cut = false;
-  const auto ray = cutRay(source, end, is_cut, share);
+  const auto ray = countRay(source, end, is_cut, share);
   if (!ray) return;
   const bool is_hit = is_return && !is_cut;
   const bool has_margin = hasMargins() && (is_hit || !is_return);
@@ -216,12 +190,13 @@ void ScanUpdater::addBeam(const BeamSource& source, const Eigen::Vector3f& end, 
 void ScanUpdater::addOpenBeam(const BeamSource& source, std::size_t index, Share& share) const {
   const Eigen::Vector3f& end = source.scan.open_ends[index];
   bool is_cut = false;
-  const auto ray = cutRay(source, end, is_cut, share);
+  const auto ray = countRay(source, end, is_cut, share);
   if (!ray) return;
   if (is_cut) return markBeam(*ray, false, share.marks);
   const double margin_m = marginOf(source, source.scan.points.size() + index, ray->length_m);
   if (margin_m > 0.0) return markWithMargin(*ray, margin_m, EndMark::kNone, share);
-  markOpenBeam(*ray, share.marks);
+  // Without the last voxel, which markSlabs() would mark, too.
+  (void)walkRay(*ray, BrickCursor(*ray, base_, share.marks));
 }
 
 void ScanUpdater::addBeams(const BeamSource& source, const Eigen::Vector3f* ends, std::size_t count,
@@ -255,7 +230,7 @@ void ScanUpdater::addScan(const Scan& scan, const float* margins, bool by_column
   const RayOrigin& ray_origin = source.ray_origin;
   const std::size_t num_points =
       scan.points.size() + scan.no_returns.size() + scan.open_ends.size();
-  if (!ray_origin.cell() || !isWithinSensorReach(*ray_origin.cell(), first_origin_)) {
+  if (!isWithinKeyRange(ray_origin)) {
     if (part == 0) (ray_origin.cell() ? share.num_too_far : share.num_out_of_range) += num_points;
     return;
   }
@@ -283,16 +258,6 @@ void ScanUpdater::Share::clear() {
   num_too_far = 0;
 }
 
-bool ScanUpdater::usesColumns(const Scan& scan) const {
-  if (column_use_ == ColumnUse::kNever || hasMargins()) return false;
-  const RayOrigin origin(grid_, scan.anchor_map, scan.origin);
-  if (!origin.cell() || !isWithinSensorReach(*origin.cell(), first_origin_)) return false;
-  if (column_use_ == ColumnUse::kAlways) return true;
-  if (scan.points.size() + scan.no_returns.size() < kMinDenseBeams || isOnBorder(origin))
-    return false;
-  return areDense(scan, origin, ranges_.max_range_m);
-}
-
 const ScanUpdate& ScanUpdater::compute(const Scan* first, std::size_t count) {
   update_.bricks.clear();
   update_.samples.clear();
@@ -316,17 +281,13 @@ const ScanUpdate& ScanUpdater::compute(const Scan* first, std::size_t count) {
   for (std::size_t i = 0; i < margins_.size(); ++i) surfaces_->compute(first[i], margins_[i]);
   // Parts are small because in a cloud ordered by rings the beams of one half are several times as long.
   const std::size_t num_parts = kPartsPerThread * shares_.size();
-  std::atomic<std::size_t> next_part{0};
-  parallelFor(shares_.size(), numThreads(), [&](std::size_t i) {
-    Share& share = shares_[i];
-    for (std::size_t part = next_part++; part < num_parts; part = next_part++) {
-      for (std::size_t scan = 0; scan < count; ++scan) {
-        addScan(first[scan], margins_.empty() ? nullptr : margins_[scan].data(),
-                by_columns[scan] != 0, part, num_parts, share);
-      }
+  forEachPart(num_parts, [&](std::size_t part, Share& share) {
+    for (std::size_t scan = 0; scan < count; ++scan) {
+      addScan(first[scan], margins_.empty() ? nullptr : margins_[scan].data(),
+              by_columns[scan] != 0, part, num_parts, share);
     }
-    sortMarks(share);
   });
+  parallelFor(shares_.size(), numThreads(), [&](std::size_t i) { sortMarks(shares_[i]); });
   collectBricks();
   for (std::size_t i = 0; i < count; ++i) {
     const auto samples = sampleBeams(grid_, first[i], ranges_.max_range_m, sampling_, num_scans_++);

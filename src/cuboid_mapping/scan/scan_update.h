@@ -2,6 +2,7 @@
 #pragma once
 
 #include "cuboid_mapping/geometry/grid.h"
+#include "cuboid_mapping/parallel/parallel_for.h"
 #include "cuboid_mapping/scan/beam_marks.h"
 #include "cuboid_mapping/scan/beam_samples.h"
 #include "cuboid_mapping/scan/brick_update.h"
@@ -13,6 +14,8 @@
 #include "cuboid_mapping/scan/surface_margins.h"
 
 #include <algorithm>
+#include <atomic>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -107,8 +110,9 @@ class ScanUpdater {
     }
   };
 
+  /// Whether every voxel of a beam from an origin has a key.
+  [[nodiscard]] bool isWithinKeyRange(const RayOrigin& origin) const;
   void markBeam(const Ray& ray, bool is_hit, BeamMarks& marks) const;
-  void markOpenBeam(const Ray& ray, BeamMarks& marks) const;
   /// What the voxel becomes in which a beam ends.
   enum class EndMark { kHit, kMiss, kNone };
   void markWithMargin(const Ray& ray, double margin_m, EndMark end_mark, Share& share) const;
@@ -123,10 +127,15 @@ class ScanUpdater {
                                        Share& share) const;
   [[nodiscard]] std::uint32_t addBatch(const BeamSource& source, const Eigen::Vector3f* ends,
                                        int count, bool are_returns, Share& share) const;
-  /// The beam to a point, cut at the maximum range. @return Nothing if it is out of range or too far, which is
-  /// counted.
-  [[nodiscard]] std::optional<Ray> cutRay(const BeamSource& source, const Eigen::Vector3f& end,
-                                          bool& is_cut, Share& share) const;
+  /// Sets up the beam to a point, cut at the maximum range. @return As RayOrigin::computeRay().
+  bool cutRay(const BeamSource& source, Eigen::Vector3f end, Ray& ray, bool& is_cut) const {
+    is_cut =
+        std::isfinite(ranges_.max_range_m) && cutBeam(source.scan.origin, ranges_.max_range_m, end);
+    return source.ray_origin.computeRay(end, ray);
+  }
+  /// As above, and counts it. @return Nothing if it is out of range or too far.
+  [[nodiscard]] std::optional<Ray> countRay(const BeamSource& source, const Eigen::Vector3f& end,
+                                            bool& is_cut, Share& share) const;
   void addBeam(const BeamSource& source, const Eigen::Vector3f& end, bool is_return,
                Share& share) const;
   void addBeams(const BeamSource& source, const Eigen::Vector3f* ends, std::size_t count,
@@ -141,7 +150,12 @@ class ScanUpdater {
                Share& share) const;
   /// Calls add(i, share) for each i in [0, count), on all threads.
   template <typename AddT>
-  void forEachPart(std::size_t count, AddT add);
+  void forEachPart(std::size_t count, AddT add) {
+    std::atomic<std::size_t> next{0};
+    parallelFor(shares_.size(), numThreads(), [&](std::size_t i) {
+      for (std::size_t part = next++; part < count; part = next++) add(part, shares_[i]);
+    });
+  }
   /// Adds part `part` of `num_parts` of a scan. @param by_columns  Whether addByColumns() adds the rest of it.
   void addScan(const Scan& scan, const float* margins, bool by_columns, std::size_t part,
                std::size_t num_parts, Share& share) const;
