@@ -7,10 +7,8 @@ cuboid_mapping_add_part(core
   cuboid_mapping/boxes/joined_cuboids.cpp
   cuboid_mapping/boxes/passages.cpp
   cuboid_mapping/fusion/brick_division.cpp
-  cuboid_mapping/fusion/cuboid_cuts.cpp
   cuboid_mapping/fusion/cuboid_tree.cpp
   cuboid_mapping/fusion/fusion_kind.cpp
-  cuboid_mapping/fusion/grower.cpp
   cuboid_mapping/fusion/growing_bricks.cpp
   cuboid_mapping/fusion/growth_fusion.cpp
   cuboid_mapping/fusion/growth_rules.cpp
@@ -47,14 +45,11 @@ cuboid_mapping_add_part(core
   cuboid_mapping/query/near_obstacles.cpp
   cuboid_mapping/query/near_places.cpp
   cuboid_mapping/query/nearest_query.cpp
-  cuboid_mapping/query/obstacle_cache.cpp
   cuboid_mapping/query/obstacle_distance.cpp
   cuboid_mapping/query/obstacles.cpp
   cuboid_mapping/query/path_query.cpp
   cuboid_mapping/query/place_graph.cpp
-  cuboid_mapping/query/place_search.cpp
   cuboid_mapping/query/point_query.cpp
-  cuboid_mapping/query/pose_clearance.cpp
   cuboid_mapping/query/pose_lattice.cpp
   cuboid_mapping/query/pose_path.cpp
   cuboid_mapping/query/pose_query.cpp
@@ -117,7 +112,6 @@ if(zstd_FOUND AND ZLIB_FOUND AND SQLite3_FOUND)
     cuboid_mapping/io/map_store.cpp
     cuboid_mapping/io/native_format.cpp
     cuboid_mapping/io/octomap_files.cpp
-    cuboid_mapping/io/octree_bricks.cpp
     cuboid_mapping/io/octree_reader.cpp
     cuboid_mapping/io/octree_stream.cpp
     cuboid_mapping/io/point_cloud_files.cpp

@@ -48,7 +48,7 @@ class RTree {
   /// Prefetches a leaf node.
   [[gnu::always_inline]] void prefetchLeaf(NodeIndex index) const { leaves_.prefetch(index); }
   /// Number of leaf nodes.
-  [[nodiscard]] std::size_t numLeafNodes() const { return leaves_.size(); }
+  [[nodiscard]] std::size_t numLeafNodes() const { return leaves_.numItems(); }
   /// Bytes held from the allocator for the nodes.
   [[nodiscard]] std::size_t numBytes() const { return inner_.numBytes() + leaves_.numBytes(); }
 

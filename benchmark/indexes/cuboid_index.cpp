@@ -90,7 +90,7 @@ BrickHash::BrickHash(const CuboidMap& map) : bounds_(map.bounds()) {
   for (const std::uint32_t number : numbers) {
     const Brick& brick = bricks.item(number);
     Entry& entry = table_.findOrAdd(brick.brick);
-    entry.has_occupied = brick.cuboids.count(CuboidFilter::kOccupied) > 0;
+    entry.has_occupied = brick.voxels.isAnyOccupied();
     entry.cuboids = &brick.cuboids;
   }
 }

@@ -83,9 +83,7 @@ json timeQueries(const Indexes& indexes, const IndexQueries& queries, const Opti
 std::vector<Branch> branchesOf(const CuboidMap& map) {
   std::vector<Branch> branches;
   map.voxels().bricks().forEach([&](const Brick& brick) {
-    Branch branch{{},
-                  brick.cuboids.count(CuboidFilter::kOccupied) > 0,
-                  map.voxels().bricks().indexOf(brick.brick)};
+    Branch branch{{}, brick.voxels.isAnyOccupied(), map.voxels().bricks().indexOf(brick.brick)};
     (void)brick.cuboids.visit(CuboidFilter::kAll, [&](PackedBox box, Occupancy occupancy) {
       const CellBox cells = unpackCuboid(brick.brick, box, occupancy).box;
       branch.box = branch.box.isEmpty() ? cells : unite(branch.box, cells);

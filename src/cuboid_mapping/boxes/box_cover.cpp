@@ -5,6 +5,7 @@
 #include "cuboid_mapping/boxes/cover_exchange.h"
 #include "cuboid_mapping/boxes/joined_cuboids.h"
 #include "cuboid_mapping/boxes/passages.h"
+#include "cuboid_mapping/geometry/box_faces.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,18 +14,6 @@
 
 namespace cuboid_mapping {
 namespace {
-
-/// The boxes without the voxels of the holes.
-std::vector<CellBox> subtractAll(std::vector<CellBox> boxes, const std::vector<CellBox>& holes) {
-  for (const CellBox& hole : holes) {
-    std::vector<CellBox> left;
-    for (const CellBox& box : boxes) {
-      for (const CellBox& piece : subtract(box, hole)) left.push_back(piece);
-    }
-    boxes.swap(left);
-  }
-  return boxes;
-}
 
 double sumOfVolumes(const std::vector<CellBox>& boxes) {
   double sum = 0.0;

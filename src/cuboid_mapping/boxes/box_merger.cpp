@@ -5,14 +5,10 @@
 #include <array>
 
 namespace cuboid_mapping {
-namespace {
 
-/// Voxels of the union that lie in neither box; other boxes may cover some of them.
 double countOutside(const CellBox& a, const CellBox& b) {
   return unite(a, b).numVoxels() - a.numVoxels() - b.numVoxels() + intersect(a, b).numVoxels();
 }
-
-}  // namespace
 
 bool isAllowed(const CellBox& both, const std::vector<CellBox>& keep_free) {
   constexpr double kMostBricks = 1 << 22;
@@ -119,7 +115,7 @@ void BoxMerger::mergeInGroups(std::size_t max_boxes) {
   }
 }
 
-/// The union gets a number of its own, so that no waiting item means it.
+/// The union gets a new number, so that queued unions with either of the two are recognised as outdated.
 void BoxMerger::merge(Index first, Index second) {
   const CellBox both = unite(boxes_[first], boxes_[second]);
   const auto merged = static_cast<Index>(boxes_.size());

@@ -10,6 +10,9 @@
 
 namespace cuboid_mapping {
 
+/// Voxels of the union that lie in neither box; other boxes may cover some of them.
+[[nodiscard]] double countOutside(const CellBox& a, const CellBox& b);
+
 /// Whether a union may be part of a cover: it meets no kept space, and has at most 2^22 bricks, so that
 /// remote voxels cost no memory.
 [[nodiscard]] bool isAllowed(const CellBox& both, const std::vector<CellBox>& keep_free);

@@ -155,11 +155,7 @@ bool CoverExchange::uniteBest(std::vector<CellBox>& boxes) const {
   };
   std::vector<Union> unions;
   for (std::size_t i = 0; i < boxes.size(); ++i) {
-    for (std::size_t k = 0; k < i; ++k) {
-      const double num_outside = unite(boxes[i], boxes[k]).numVoxels() - boxes[i].numVoxels() -
-                                 boxes[k].numVoxels() + intersect(boxes[i], boxes[k]).numVoxels();
-      unions.push_back({num_outside, k, i});
-    }
+    for (std::size_t k = 0; k < i; ++k) unions.push_back({countOutside(boxes[i], boxes[k]), k, i});
   }
   const auto is_less = [](const Union& a, const Union& b) { return a.num_outside < b.num_outside; };
   std::stable_sort(unions.begin(), unions.end(), is_less);

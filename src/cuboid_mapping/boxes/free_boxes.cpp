@@ -103,21 +103,12 @@ class FreeBoxSearch {
   }
 
   void plant(const CellBox& seed) {
-    if (!may_overlap_ && !left_.contains(seed)) return plantPieces(seed);
+    if (!may_overlap_ && !left_.contains(seed)) {
+      for (const CellBox& piece : subtractAll({seed}, boxes_)) plant(piece);
+      return;
+    }
     const CellBox box = grow(may_overlap_ ? free_ : left_, seed);
     queue_.push({box.numVoxels(), box, seed});
-  }
-
-  void plantPieces(const CellBox& seed) {
-    std::vector<CellBox> pieces{seed};
-    for (const CellBox& taken : boxes_) {
-      std::vector<CellBox> rest;
-      for (const CellBox& piece : pieces) {
-        for (const CellBox& part : subtract(piece, taken)) rest.push_back(part);
-      }
-      pieces.swap(rest);
-    }
-    for (const CellBox& piece : pieces) plant(piece);
   }
 
   [[nodiscard]] Candidate recount(Candidate candidate) const {

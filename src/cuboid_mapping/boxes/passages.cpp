@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/boxes/passages.h"
 
+#include "cuboid_mapping/geometry/box_faces.h"
+
 #include <algorithm>
 #include <limits>
 #include <numeric>
@@ -76,11 +78,6 @@ Passages::Passages(const CuboidMap& map, const CellBox& region, const Cell& size
       bricks_(findFreeBricks(map, region_)),
       obstacles_(map, UnknownPolicy::kObstacle, budget),
       all_(obstacles_, region_, size, bricks_) {}
-
-/// The places that count as kept if a robot keeps some places.
-CellBox Passages::around(const CellBox& places, const Cell& size) {
-  return {places.min - size, places.max + size};
-}
 
 Passages::Node Passages::nodeAt(const Cell& place) {
   found_.clear();
@@ -163,7 +160,7 @@ std::vector<LostPassage> Passages::findLost(const VoxelSet& cover) {
   VoxelSet lost(budget_);
   for (Node node = 0; node < all_.part_of.size(); ++node) lost.add(all_.graph.box(node));
   for (Node node = 0; node < beside.part_of.size(); ++node) {
-    if (is_kept[beside.part_of[node]]) lost.remove(around(beside.graph.box(node), size_));
+    if (is_kept[beside.part_of[node]]) lost.remove(dilate(beside.graph.box(node), size_));
   }
   if (lost.size() == 0.0 || budget_.isSpent()) return {};
   const std::vector<Step> steps = findWays(beside, is_kept);
@@ -202,7 +199,7 @@ std::vector<LostPassage> Passages::findCutOff(const Places& beside,
     if (!place) continue;
     passages.push_back(makePassage(nearest, from, steps));
     passages.back().place = all_.field.coveredAt(CellBox::ofCell(*place));
-    for (const Node node : parts[part]) lost.remove(around(beside.graph.box(node), size_));
+    for (const Node node : parts[part]) lost.remove(dilate(beside.graph.box(node), size_));
   }
   return passages;
 }
@@ -219,7 +216,7 @@ void Passages::addFilled(const std::vector<Step>& steps, VoxelSet& lost,
     while (const auto place = findMiddle(lost, all_.graph.box(node))) {
       passages.push_back(makePassage(node, *place, steps));
       for (const CellBox& box : passages.back().way) {
-        lost.remove(around(all_.field.placesIn(box), size_));
+        lost.remove(dilate(all_.field.placesIn(box), size_));
       }
     }
   }

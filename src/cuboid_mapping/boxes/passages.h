@@ -49,7 +49,6 @@ class Passages {
     CellBox target;  ///< Kept places of the node, or the place where the way enters it.
   };
 
-  [[nodiscard]] static CellBox around(const CellBox& places, const Cell& size);
   [[nodiscard]] std::vector<bool> findKept(const Places& beside);
   [[nodiscard]] std::vector<Step> findWays(const Places& beside, const std::vector<bool>& is_kept);
   [[nodiscard]] LostPassage makePassage(Node node, const Cell& place,

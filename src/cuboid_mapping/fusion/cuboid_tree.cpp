@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/fusion/cuboid_tree.h"
 
+#include "cuboid_mapping/geometry/box_faces.h"
+#include "cuboid_mapping/geometry/grid.h"
 #include "cuboid_mapping/rtree/traversal.h"
 #include "cuboid_mapping/voxels/brick_store.h"
-
-#include <algorithm>
-#include <cmath>
 
 namespace cuboid_mapping {
 namespace {
@@ -32,14 +31,7 @@ Visit visitVoxels(const VoxelBrick& brick, const BrickMask& voxels, CuboidFilter
 
 /// The voxel of a box that is nearest to a point.
 Cell nearestCell(const CellBox& box, const Eigen::Vector3d& point) {
-  Cell cell;
-  for (int axis = 0; axis < 3; ++axis) {
-    const double lowest = box.min[axis];
-    const double highest = box.max[axis] - 1.0;
-    cell[axis] =
-        static_cast<std::int32_t>(std::min(std::max(lowest, std::floor(point[axis])), highest));
-  }
-  return cell;
+  return floorOf(point.cwiseMax(toVector(box.min)).cwiseMin(toVector(box.max - Cell{1, 1, 1})));
 }
 
 }  // namespace

@@ -32,12 +32,6 @@ struct GrowingBrick : GrownBrick {
   }
 };
 
-/// The box with one more cell around it on all sides.
-[[nodiscard]] constexpr CellBox dilate(const CellBox& box) {
-  return {{box.min.x - 1, box.min.y - 1, box.min.z - 1},
-          {box.max.x + 1, box.max.y + 1, box.max.z + 1}};
-}
-
 /// Working copies of the bricks that a change looks at, so that readers can go on: copied when they are first needed.
 /// Not thread-safe.
 class GrowingBricks {

@@ -2,15 +2,73 @@
 #include "cuboid_mapping/fusion/growth_fusion.h"
 
 #include "cuboid_mapping/fusion/brick_division.h"
-#include "cuboid_mapping/fusion/cuboid_cuts.h"
-#include "cuboid_mapping/fusion/grower.h"
+#include "cuboid_mapping/fusion/growth_rules.h"
+#include "cuboid_mapping/geometry/box_faces.h"
 #include "cuboid_mapping/voxels/brick_store.h"
 
 #include <algorithm>
+#include <iterator>
+#include <map>
 #include <utility>
 
 namespace cuboid_mapping {
 namespace {
+
+/// Calls visit(const CellBox&) for each piece of a box without some of its cells.
+template <typename VisitT>
+void visitPieces(const CellBox& box, std::vector<Cell> cells, VisitT visit) {
+  struct Part {
+    CellBox box;
+    std::vector<Cell> cells;
+  };
+  std::vector<Part> parts{{box, std::move(cells)}};
+  while (!parts.empty()) {
+    const Part part = std::move(parts.back());
+    parts.pop_back();
+    if (part.cells.empty()) {
+      visit(part.box);
+      continue;
+    }
+    for (const CellBox& piece : subtract(part.box, CellBox::ofCell(part.cells.front()))) {
+      Part next{piece, {}};
+      std::copy_if(part.cells.begin(), part.cells.end(), std::back_inserter(next.cells),
+                   [&piece](const Cell& cell) { return piece.contains(cell); });
+      parts.push_back(std::move(next));
+    }
+  }
+}
+
+/// Voxels that leave fused cuboids, which become several (paper, Section VI: a contradicted cell is split at the
+/// resolution of the grid).
+class CuboidCuts {
+ public:
+  /// Notes voxels of a brick that leave a cuboid.
+  void add(const Cuboid& cuboid, const Cell& brick, const BrickMask& voxels) {
+    Cut& cut = cuts_[cuboid.box.min];
+    cut.cuboid = cuboid;
+    forEachCell(brick, voxels, [&cut](const Cell& cell) { cut.cells.push_back(cell); });
+  }
+
+  /// Replaces the noted cuboids by their pieces. The voxels that leave are single cells.
+  void apply(GrowingBricks& bricks) {
+    for (auto& entry : cuts_) {
+      Cut& cut = entry.second;
+      bricks.remove(cut.cuboid.box);
+      visitPieces(cut.cuboid.box, std::move(cut.cells), [&](const CellBox& piece) {
+        if (piece.numVoxels() > 1.0) bricks.add({piece, cut.cuboid.occupancy});
+      });
+    }
+    cuts_.clear();
+  }
+
+ private:
+  struct Cut {
+    Cuboid cuboid;
+    std::vector<Cell> cells;
+  };
+
+  std::map<Cell, Cut> cuts_;  ///< By the least cell of the cuboid.
+};
 
 /// Changed voxels of fused cuboids that must leave them: they are not stable any more, or have another class.
 BrickMask cutChanged(const BrickMask& changed, const GrowingBrick& brick, CuboidCuts& cuts) {
@@ -62,6 +120,89 @@ void takeChanges(GrowingBricks& bricks, GrowthChange& change) {
     change.bricks.push_back(std::move(static_cast<GrownBrick&>(brick)));
   });
 }
+
+/// Adaptation of the cell resolution (paper, Section IV-B and Figure 5): a stable cell expands in one search direction
+/// after the other. An expansion succeeds if cells inside the added slab fill it (6), and are stable in the same
+/// class (7), (8). The fused cuboid replaces these cells.
+class Grower {
+ public:
+  /// @param bricks  Get the fused cuboids. Both must outlive the object.
+  Grower(const GrowthRules& rules, GrowingBricks& bricks) : rules_(rules), bricks_(bricks) {}
+
+  /// Grows cells until none of them can: one pass tries each cell once; the next pass tries those beside a fused cuboid
+  /// again. @param cells  The paper's set T, in the order of trial. @throws std::bad_alloc
+  void grow(std::vector<Cell> cells) {
+    while (!cells.empty()) {
+      for (const Cell& cell : cells) tryCell(cell);
+      cells = startersBesideFused();
+      for (const Cell& cell : tried_) bricks_.at(brickOf(cell)).tried = {};
+      tried_.clear();
+      fused_.clear();
+    }
+  }
+
+ private:
+  /// Fuse(g_i) of Figure 5 for the cuboid that holds a cell, as a loop in place of a recursion.
+  void tryCell(const Cell& cell) {
+    const GrowingBrick& brick = bricks_.at(brickOf(cell));
+    const int voxel = voxelIndex(cell);
+    const bool is_stable = brick.stable[0].test(voxel) || brick.stable[1].test(voxel);
+    if (!is_stable || brick.held_voxels.test(voxel)) return;
+    const bool is_fused = brick.fused.test(voxel);
+    const Cuboid start = bricks_.cuboidAt(cell);
+    GrowingBrick& first = bricks_.at(brickOf(start.box.min));
+    first.starters.set(voxelIndex(start.box.min));
+    if (first.tried.test(voxelIndex(start.box.min))) return;
+    GrowingCell growth{start.box, start.occupancy, {}};
+    while (rules_.expand(bricks_, growth)) {
+    }
+    const Cell& least = growth.box.min;
+    GrowingBrick& last = bricks_.at(brickOf(least));
+    last.starters.set(voxelIndex(least));
+    last.tried.set(voxelIndex(least));
+    tried_.push_back(least);
+    if (growth.box == start.box) return;
+    if (is_fused) bricks_.remove(start.box);
+    for (const CellBox& box : growth.absorbed) bricks_.remove(box);
+    bricks_.add({growth.box, growth.occupancy});
+    fused_.push_back(growth.box);
+  }
+
+  /// Starters that may be able to grow now, because a cell beside them has fused.
+  [[nodiscard]] std::vector<Cell> startersBesideFused() {
+    std::vector<Cell> cells;
+    if (fused_.empty()) return cells;
+    if (rules_.reachesFar()) {
+      bricks_.forEach([&](const GrowingBrick& brick) {
+        forEachCell(brick.brick, brick.starters, [&](const Cell& cell) { cells.push_back(cell); });
+      });
+      fused_.clear();
+    }
+    for (const CellBox& box : fused_) {
+      const CellBox around = dilate(box);
+      forEachBrick(around, [&](const Cell& brick) {
+        const GrowingBrick& copy = bricks_.at(brick);
+        const BrickMask part = BrickMask::ofBox(intersect(around, brickBox(brick)));
+        forEachCell(brick, copy.starters.without(copy.fused) & part,
+                    [&](const Cell& cell) { cells.push_back(cell); });
+      });
+      bricks_.visitFused(around, [&](const Cuboid& cuboid) {
+        const Cell& least = cuboid.box.min;
+        if (bricks_.at(brickOf(least)).starters.test(voxelIndex(least))) cells.push_back(least);
+        return Visit::kContinue;
+      });
+    }
+    std::sort(cells.begin(), cells.end());
+    cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
+    return cells;
+  }
+
+  const GrowthRules& rules_;
+  GrowingBricks& bricks_;
+  std::vector<CellBox>
+      fused_;                ///< Cuboids that have fused in this pass, also those absorbed since.
+  std::vector<Cell> tried_;  ///< Cells in the masks `tried` of the bricks.
+};
 
 }  // namespace
 

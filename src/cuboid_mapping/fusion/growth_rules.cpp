@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/fusion/growth_rules.h"
 
+#include "cuboid_mapping/geometry/box_faces.h"
+
 #include <utility>
 
 namespace cuboid_mapping {
@@ -15,16 +17,7 @@ SearchDirections paperDirections(const Cell& width) {
 }
 
 CellBox slabOf(const CellBox& box, SearchDirection direction, std::int32_t depth) {
-  const int axis = direction.axis;
-  CellBox slab = box;
-  if (direction.sign > 0) {
-    slab.min[axis] = box.max[axis];
-    slab.max[axis] = box.max[axis] + depth;
-  } else {
-    slab.min[axis] = box.min[axis] - depth;
-    slab.max[axis] = box.min[axis];
-  }
-  return slab;
+  return slabBeyond(box, direction.axis + (direction.sign > 0 ? 3 : 0), depth);
 }
 
 bool absorbSlab(const CellBox& slab, GrowingBricks& bricks, GrowingCell& cell) {

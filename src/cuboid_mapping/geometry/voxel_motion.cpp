@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/geometry/voxel_motion.h"
 
+#include "cuboid_mapping/geometry/box_faces.h"
 #include "cuboid_mapping/geometry/grid.h"
 
 namespace cuboid_mapping {
@@ -9,10 +10,9 @@ namespace {
 constexpr double kTurnTolerance = 1e-9;
 constexpr double kShiftTolerance = 1e-6;  // In voxels.
 
+/// @param corner  Of voxels.
 Cell toCell(const Eigen::Vector3d& corner) {
-  const Eigen::Vector3d inside = corner.cwiseMax(-Grid::kMaxCell).cwiseMin(Grid::kMaxCell);
-  return {static_cast<std::int32_t>(inside.x()), static_cast<std::int32_t>(inside.y()),
-          static_cast<std::int32_t>(inside.z())};
+  return floorOf(corner.cwiseMax(-Grid::kMaxCell).cwiseMin(Grid::kMaxCell));
 }
 
 }  // namespace

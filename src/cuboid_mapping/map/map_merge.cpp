@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/map/map_merge.h"
 
+#include "cuboid_mapping/geometry/box_faces.h"
 #include "cuboid_mapping/geometry/voxel_motion.h"
 #include "cuboid_mapping/map/locked_boxes.h"
 #include "cuboid_mapping/parallel/parallel_for.h"
@@ -33,12 +34,6 @@ CellMotion toCellMotion(const Eigen::Isometry3d& T_target_map, double resolution
         "the transform must be a rotation and a translation in finite numbers");
   }
   return motion;
-}
-
-Cell floorOf(const Eigen::Vector3d& point) {
-  return {static_cast<std::int32_t>(std::floor(point.x())),
-          static_cast<std::int32_t>(std::floor(point.y())),
-          static_cast<std::int32_t>(std::floor(point.z()))};
 }
 
 /// Bounding box of a moved box.

@@ -2,12 +2,16 @@
 #include "cuboid_mapping/query/corridor_query.h"
 
 #include "cuboid_mapping/query/corridor_boxes.h"
+#include "cuboid_mapping/query/near_places.h"
 #include "cuboid_mapping/query/path_query.h"
-#include "cuboid_mapping/query/place_search.h"
+#include "cuboid_mapping/query/place_graph.h"
 #include "cuboid_mapping/query/way_search.h"
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <queue>
+#include <vector>
 
 namespace cuboid_mapping {
 namespace {
@@ -44,6 +48,112 @@ std::optional<RobotEnd> toEnd(const Grid& grid, const RobotBox& robot,
   }
   return RobotEnd{center_map, *box};
 }
+
+double distance(const Cell& a, const Cell& b) { return (toVector(a) - toVector(b)).norm(); }
+
+/// A* over a PlaceGraph, from starts to the places of a goal.
+class PlaceSearch {
+ public:
+  /// @param graph  Must outlive this object. @param goal  Places.
+  PlaceSearch(PlaceGraph& graph, const CellBox& goal) : graph_(graph), goal_(goal) {}
+
+  /// Searches from the places of a start that no earlier start has reached. kFound: see toWay().
+  AnswerStatus run(const CellBox& start, Budget& budget) {
+    std::vector<Node> first;
+    graph_.findNodes(start, first);
+    for (const Node node : first) {
+      if (isReached(node)) continue;
+      const Cell entry = clampTo(intersect(graph_.box(node), start), clampTo(goal_, start.min));
+      reach(node, entry, 0.0, PlaceGraph::kNoNode);
+    }
+    while (!open_.empty() && budget.spendAndUnlock()) {
+      const Item item = open_.top();
+      open_.pop();
+      const State& state = states_[item.node];
+      if (item.cost > state.cost) continue;  // A shorter way was found since.
+      if (graph_.box(item.node).intersects(goal_)) {
+        last_ = item.node;
+        return AnswerStatus::kFound;
+      }
+      expand(item.node);
+    }
+    return budget.isSpent() ? AnswerStatus::kBudgetSpent : AnswerStatus::kNotFound;
+  }
+
+  /// Places from a start to the end; two successive ones lie in one box of the graph, or side by side.
+  /// @pre run() or endNear() has found the end.
+  [[nodiscard]] std::vector<Cell> toWay() const {
+    std::vector<Cell> way{clampTo(intersect(graph_.box(last_), goal_), states_[last_].entry)};
+    for (Node node = last_; node != PlaceGraph::kNoNode; node = states_[node].parent) {
+      const State& state = states_[node];
+      way.push_back(state.entry);
+      if (state.parent != PlaceGraph::kNoNode) {
+        way.push_back(clampTo(graph_.box(state.parent), state.entry));
+      }
+    }
+    std::reverse(way.begin(), way.end());
+    return way;
+  }
+
+  /// Ends the way at the reached position that is nearest to a point. @param point  The positions around it.
+  /// @return That position; nothing if all are farther than max_distance.
+  [[nodiscard]] std::optional<NearPlace> endNear(const NearPlaces& point, double max_distance) {
+    std::optional<NearPlace> nearest;
+    for (Node node = 0; node < states_.size(); ++node) {
+      if (!isReached(node)) continue;
+      const NearPlace place = point.nearestIn(graph_.box(node));
+      if (place.squared > (nearest ? nearest->squared : max_distance * max_distance)) continue;
+      if (nearest && place.squared == nearest->squared) continue;
+      nearest = place;
+      last_ = node;
+    }
+    if (nearest) goal_ = CellBox::ofCell(point.placeAt(nearest->center, graph_.box(last_)));
+    return nearest;
+  }
+
+ private:
+  using Node = PlaceGraph::NodeIndex;
+
+  /// The best way to a node so far.
+  struct State {
+    double cost = std::numeric_limits<double>::infinity();
+    Node parent = PlaceGraph::kNoNode;
+    Cell entry;
+  };
+  struct Item {
+    double estimate;
+    double cost;
+    Node node;
+    bool operator<(const Item& other) const { return estimate > other.estimate; }
+  };
+
+  [[nodiscard]] bool isReached(Node node) const {
+    return node < states_.size() && states_[node].cost < std::numeric_limits<double>::infinity();
+  }
+  void reach(Node node, const Cell& entry, double cost, Node parent) {
+    if (states_.size() < graph_.numNodes()) states_.resize(graph_.numNodes());
+    State& state = states_[node];
+    if (cost >= state.cost) return;
+    state = {cost, parent, entry};
+    open_.push({cost + distance(entry, clampTo(goal_, entry)), cost, node});
+  }
+
+  void expand(Node node) {
+    graph_.findNeighbors(node, neighbors_);
+    const State from = states_[node];
+    for (const PlaceGraph::Neighbor& neighbor : neighbors_) {
+      const Cell entry = clampTo(neighbor.places, from.entry);
+      reach(neighbor.node, entry, from.cost + distance(from.entry, entry), node);
+    }
+  }
+
+  PlaceGraph& graph_;
+  CellBox goal_;
+  std::vector<State> states_;  ///< By node.
+  std::priority_queue<Item> open_;
+  std::vector<PlaceGraph::Neighbor> neighbors_;
+  Node last_ = PlaceGraph::kNoNode;
+};
 
 /// One search.
 class CorridorSearch {

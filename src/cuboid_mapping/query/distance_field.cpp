@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/query/distance_field.h"
 
+#include "cuboid_mapping/geometry/box_faces.h"
 #include "cuboid_mapping/query/obstacles.h"
 
 #include <algorithm>
@@ -18,10 +19,6 @@ namespace {
 constexpr std::int8_t kNoOffset = -128;
 constexpr std::int16_t kFar = 128 * 128;
 
-CellBox inflate(const CellBox& box, std::int32_t by) {
-  return {box.min - Cell{by, by, by}, box.max + Cell{by, by, by}};
-}
-
 /// A voxel for each row of a box.
 CellBox edgeOf(CellBox box) {
   box.max.x = box.min.x + 1;
@@ -35,7 +32,8 @@ CellBox checkedSurroundings(const CellBox& region, double bound) {
         "the bound of a distance field must be more than 0 and at most 127 voxels, not " +
         std::to_string(bound));
   }
-  const CellBox around = inflate(region, static_cast<std::int32_t>(bound + 1e-6));
+  const auto reach = static_cast<std::int32_t>(bound + 1e-6);
+  const CellBox around = dilate(region, {reach, reach, reach});
   if (region.isEmpty() || around.numVoxels() > DistanceField::kMaxVoxels) {
     throw std::invalid_argument(
         "the region of a distance field must not be empty, and have at most 1e9 voxels with its "

@@ -1,19 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/query/near_places.h"
 
+#include "cuboid_mapping/geometry/box_faces.h"
+
 #include <algorithm>
-#include <cmath>
 
 namespace cuboid_mapping {
-namespace {
-
-Cell floorOf(const Eigen::Vector3d& point) {
-  return {static_cast<std::int32_t>(std::floor(point.x())),
-          static_cast<std::int32_t>(std::floor(point.y())),
-          static_cast<std::int32_t>(std::floor(point.z()))};
-}
-
-}  // namespace
 
 NearPlaces::NearPlaces(FitField& field, const Eigen::Vector3d& point, const Eigen::Vector3d& size,
                        const CellBox& allowed)
@@ -51,7 +43,7 @@ void NearPlaces::search(double max_distance, Wanted wanted) {
 
 /// Whether a brick at this distance, in bricks, may hold a better place.
 bool NearPlaces::isNear(std::int32_t ring) const {
-  const double distance = kBrickEdge * (ring - 1.0) - 1.0;  // 1: the span is rounded up by less.
+  const double distance = kBrickEdge * (ring - 1.0) - 1.0;  // Edges are rounded up by less than 1.
   return distance <= 0.0 || distance * distance <= max_squared_;
 }
 

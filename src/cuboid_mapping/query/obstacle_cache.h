@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "cuboid_mapping/geometry/box_faces.h"
 #include "cuboid_mapping/query/obstacles.h"
 
 #include <array>
@@ -65,7 +66,14 @@ class ObstacleCache {
     std::uint32_t number = kNothing;  ///< Index in found_, or kNothing.
   };
 
-  void look(const Cell& brick, Slot& slot);
+  void look(const Cell& brick, Slot& slot) {
+    if (!budget().spend()) return;
+    const BrickMask voxels = obstacles_.inBrick(brick);
+    slot = {brick, kNothing};
+    if (voxels.isEmpty()) return;
+    slot.number = static_cast<std::uint32_t>(found_.size());
+    found_.push_back({brick, voxels, boundsOf(brick, voxels)});
+  }
 
   Obstacles obstacles_;
   std::array<Slot, kNumSlots> slots_;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "cuboid_mapping/geometry/box_faces.h"
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/query/answer.h"
 #include "cuboid_mapping/query/budget.h"
@@ -18,7 +19,7 @@ namespace cuboid_mapping {
     all.min.z = ends.min.z;
     all.max.z = ends.max.z;
   }
-  return intersect({all.min - room, all.max + room}, kAllCells);
+  return intersect(dilate(all, room), kAllCells);
 }
 
 /// Searches until what was found holds in the map as it is in the end: others may change the map during a search

@@ -65,7 +65,7 @@ class InnerTree {
   [[nodiscard]] const Branch& onlyLeaf() const { return only_leaf_; }
 
   /// Number of inner nodes.
-  [[nodiscard]] std::size_t size() const { return nodes_.size(); }
+  [[nodiscard]] std::size_t size() const { return nodes_.numItems(); }
   /// Configuration of the constructor.
   [[nodiscard]] const RTreeConfig& config() const { return config_; }
   /// Bytes held from the allocator.

@@ -49,8 +49,8 @@ void Node::remove(int slot) {
 }
 
 NodeIndex NodePool::allocate() {
-  const NodeIndex index = nodes_.allocate();
-  new (nodes_[index]) Node(capacity_);
+  const NodeIndex index = BlockPool::allocate();
+  new (BlockPool::operator[](index)) Node(capacity_);
   return index;
 }
 

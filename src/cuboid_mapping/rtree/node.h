@@ -3,12 +3,64 @@
 
 #include "cuboid_mapping/occupancy/cuboid.h"
 #include "cuboid_mapping/rtree/block_pool.h"
-#include "cuboid_mapping/rtree/slot_set.h"
 
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 
 namespace cuboid_mapping {
+
+/// Set of slots of a node: bit i stands for slot i.
+using SlotSet = std::uint64_t;
+
+/// Maximum number of slots of a node.
+constexpr int kMaxSlots = 64;
+
+/// Number of slots for one step of a loop over a node's arrays, whatever the number of branches, so
+/// that the compiler turns each step into SIMD instructions; the arrays are padded to multiples.
+constexpr int kSlotGroup = 16;
+
+/// Number of slots rounded up to whole groups.
+[[nodiscard]] constexpr int paddedSlots(int count) {
+  return (count + kSlotGroup - 1) / kSlotGroup * kSlotGroup;
+}
+
+/// The first `count` slots. @pre 0 <= count <= kMaxSlots.
+[[nodiscard]] constexpr SlotSet firstSlots(int count) {
+  return count == 0 ? 0 : ~SlotSet{0} >> (kMaxSlots - count);
+}
+
+/// Least slot of a set. @pre the set is not empty.
+[[nodiscard]] inline int firstSlot(SlotSet slots) { return __builtin_ctzll(slots); }
+
+/// The set without its least slot: `for (; slots != 0; slots = withoutFirst(slots))`.
+[[nodiscard]] constexpr SlotSet withoutFirst(SlotSet slots) { return slots & (slots - 1); }
+
+/// A flag, 0 or 1, for each slot of a group.
+using SlotFlags = std::uint8_t[kSlotGroup];
+
+/// The flags of a group as bits 0 to kSlotGroup - 1.
+[[nodiscard]] inline SlotSet packFlags(const SlotFlags& flags) {
+  static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "flag 0 is the lowest byte of a word");
+  std::uint64_t words[2];
+  static_assert(sizeof(words) == sizeof(flags));
+  std::memcpy(words, flags, sizeof(flags));
+  constexpr std::uint64_t kBytesToBits = 0x0102040810204080ULL;  // Byte i to bit 56 + i.
+  return words[0] * kBytesToBits >> 56 | words[1] * kBytesToBits >> 56 << 8;
+}
+
+/// Slots below `count` that pass a test.
+/// @param test  (int slot) -> bool without a branch; called for the slots of whole groups.
+template <typename TestT>
+[[nodiscard]] SlotSet findSlots(int count, TestT test) {
+  SlotSet found = 0;
+  for (int first = 0; first < count; first += kSlotGroup) {
+    SlotFlags flags;
+    for (int i = 0; i < kSlotGroup; ++i) flags[i] = static_cast<std::uint8_t>(test(first + i));
+    found |= packFlags(flags) << first;
+  }
+  return found & firstSlots(count);
+}
 
 /// Index of a node: an inner node of its tree, or a leaf node; each kind has its own numbers.
 using NodeIndex = std::uint32_t;
@@ -122,42 +174,34 @@ inline SlotSet Node::findOverlapping(const CellBox& window) const {
 }
 
 /// Nodes of one capacity.
-class NodePool {
+class NodePool : BlockPool {
  public:
   /// @param capacity  Maximum number of branches of a node (M), up to kMaxSlots.
-  explicit NodePool(int capacity) : capacity_(capacity), nodes_(Node::numBytes(capacity)) {}
+  explicit NodePool(int capacity) : BlockPool(Node::numBytes(capacity)), capacity_(capacity) {}
 
-  /// Reserves memory: the next `num_nodes` calls of allocate() throw nothing. @throws std::bad_alloc
-  void reserve(std::size_t num_nodes) { nodes_.reserve(num_nodes); }
-  /// Frees memory that no node needs.
-  void trim() noexcept { nodes_.trim(); }
+  using BlockPool::endIndex;
+  using BlockPool::numBytes;
+  using BlockPool::numItems;
+  using BlockPool::prefetch;
+  using BlockPool::release;
+  using BlockPool::reserve;
+  using BlockPool::trim;
+
   /// Allocates a node without branches. @throws std::bad_alloc  beyond the reserved memory.
   [[nodiscard]] NodeIndex allocate();
-  /// Releases a node. @pre It is from allocate(), and has not been released since.
-  void release(NodeIndex index) noexcept { nodes_.release(index); }
 
   /// The node, which does not move until it is released. @pre It is in use.
   ///@{
   [[nodiscard]] Node& operator[](NodeIndex index) {
-    return *reinterpret_cast<Node*>(nodes_[index]);
+    return *reinterpret_cast<Node*>(BlockPool::operator[](index));
   }
   [[nodiscard]] const Node& operator[](NodeIndex index) const {
-    return *reinterpret_cast<const Node*>(nodes_[index]);
+    return *reinterpret_cast<const Node*>(BlockPool::operator[](index));
   }
   ///@}
-  /// Prefetches a node.
-  [[gnu::always_inline]] void prefetch(NodeIndex index) const { nodes_.prefetch(index); }
-
-  /// One beyond the greatest number that a node has, or can have without more memory.
-  [[nodiscard]] std::size_t endIndex() const { return nodes_.endIndex(); }
-  /// Number of nodes in use.
-  [[nodiscard]] std::size_t size() const { return nodes_.numItems(); }
-  /// Bytes held from the allocator.
-  [[nodiscard]] std::size_t numBytes() const { return nodes_.numBytes(); }
 
  private:
   int capacity_;
-  BlockPool nodes_;
 };
 
 }  // namespace cuboid_mapping

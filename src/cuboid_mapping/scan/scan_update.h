@@ -174,7 +174,7 @@ class ScanUpdater {
   Cell base_;          ///< Cell from which the keys of its bricks count.
   std::vector<Share> shares_;
   std::optional<SurfaceMargins> surfaces_;   ///< With keep_surfaces.
-  std::vector<std::vector<float>> margins_;  ///< Of each scan of a cloud, with keep_surfaces.
+  std::vector<std::vector<float>> margins_;  ///< SurfaceMargins of each scan of a cloud.
   BeamSampling sampling_;
   std::array<FaceBeams, kNumFaces> face_beams_;
   ColumnUse column_use_ = ColumnUse::kWhereCheaper;

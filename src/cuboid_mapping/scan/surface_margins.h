@@ -35,11 +35,11 @@ class SurfaceMargins {
 
   float reach_m_;
   int threads_;
-  std::vector<std::int32_t> pixels_;  ///< Of each end.
+  std::vector<std::int32_t> pixels_;  ///< Pixel of each end.
   /// Images of directions.
   ///@{
-  std::vector<float> ranges_m_;    ///< Of the farthest end; 0: none.
-  std::vector<float> elevations_;  ///< Its elevation, in rows.
+  std::vector<float> ranges_m_;    ///< Range of the farthest end; 0: none.
+  std::vector<float> elevations_;  ///< Elevation of that end, in rows.
   std::vector<float> shares_;
   std::vector<float> nearest_m_;  ///< Range of the nearest end beside it; 0: none.
   ///@}

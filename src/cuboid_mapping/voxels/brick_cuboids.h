@@ -74,6 +74,8 @@ struct DividedBrick {
 
   DividedBrick() {}  // NOLINT(modernize-use-equals-default): because of the union
 
+  [[nodiscard]] PackedBox box(int i) const { return boxes[static_cast<std::size_t>(i)]; }
+
   /// Divides voxels of one class into disjoint boxes that cover exactly these, and appends them.
   ///
   /// The least remaining voxel (in the order z, y, x) takes the largest box of which it is the
@@ -122,35 +124,16 @@ class BrickCuboids {
     if ((word & kInline) == 0) __builtin_prefetch(blockOf(word));
   }
 
-  /// Number of cuboids of a class. @pre !isStale().
-  [[nodiscard]] int count(CuboidFilter filter) const {
-    const View view = look();
-    return rangeOf(filter, view.num_occupied, view.count).second -
-           rangeOf(filter, view.num_occupied, view.count).first;
-  }
-
   /// Calls visit(PackedBox, Occupancy) -> Visit for each box that passes the filter.
   /// @pre !isStale().
   template <typename VisitT>
   Visit visit(CuboidFilter filter, VisitT visit) const {
-    const View view = look();
-    const auto [first, end] = rangeOf(filter, view.num_occupied, view.count);
-    for (int i = first; i < end; ++i) {
-      const auto occupancy = i < view.num_occupied ? Occupancy::kOccupied : Occupancy::kFree;
-      if (visit(view.box(i), occupancy) == Visit::kStop) return Visit::kStop;
-    }
-    return Visit::kContinue;
+    return visitBoxes(look(), filter, visit);
   }
   /// As above, for a brick that was just divided.
   template <typename VisitT>
   static Visit visit(const DividedBrick& divided, CuboidFilter filter, VisitT visit) {
-    const auto [first, end] = rangeOf(filter, divided.num_occupied, divided.count);
-    for (int i = first; i < end; ++i) {
-      const auto occupancy = i < divided.num_occupied ? Occupancy::kOccupied : Occupancy::kFree;
-      const PackedBox box = divided.boxes[static_cast<std::size_t>(i)];
-      if (visit(box, occupancy) == Visit::kStop) return Visit::kStop;
-    }
-    return Visit::kContinue;
+    return visitBoxes(divided, filter, visit);
   }
 
   /// Bytes outside the object.
@@ -186,6 +169,15 @@ class BrickCuboids {
                                                              int count) {
     return {filter == CuboidFilter::kFree ? num_occupied : 0,
             filter == CuboidFilter::kOccupied ? num_occupied : count};
+  }
+  template <typename BoxesT, typename VisitT>
+  static Visit visitBoxes(const BoxesT& boxes, CuboidFilter filter, VisitT visit) {
+    const auto [first, end] = rangeOf(filter, boxes.num_occupied, boxes.count);
+    for (int i = first; i < end; ++i) {
+      const auto occupancy = i < boxes.num_occupied ? Occupancy::kOccupied : Occupancy::kFree;
+      if (visit(boxes.box(i), occupancy) == Visit::kStop) return Visit::kStop;
+    }
+    return Visit::kContinue;
   }
   [[nodiscard]] static Word pack(const DividedBrick& divided);
   /// Place of a box in a block: in 4 bytes from this one on, above this bit.

@@ -13,6 +13,8 @@ struct Brick : VoxelBrick {
   BrickCuboids cuboids;  ///< Cuboids of the voxels, or stale.
 };
 
+/// commit() swaps voxels and cuboids with those of the map: it frees no memory, and what it replaces is freed with
+/// the change, when readers go on.
 struct VoxelStore::PendingBrick {
   static constexpr std::uint32_t kNoIndex = BrickTable<Brick>::kNoItem;
 
@@ -20,8 +22,8 @@ struct VoxelStore::PendingBrick {
   BrickMask changed;               ///< Voxels that are new, gone, or have another log-odds.
   bool is_reclassified = false;    ///< Some voxels have another class.
   std::uint32_t index = kNoIndex;  ///< Number of the brick; for a new one only after commit().
-  PackedVoxels voxels;             ///< New voxels of a changing brick; after commit() the old ones.
-  BrickCuboids cuboids;            ///< New cuboids; after commit() the old ones.
+  PackedVoxels voxels;             ///< New voxels of a changing brick.
+  BrickCuboids cuboids;            ///< New cuboids.
   CellBox bounds;                  ///< Box of the known voxels afterwards, if it is reclassified.
   bool has_other_branch = false;   ///< Whether bounds or has_occupied changes, or the brick is new.
   bool has_occupied = false;       ///< Whether some are occupied afterwards, if it is reclassified.

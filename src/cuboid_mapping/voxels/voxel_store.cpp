@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/voxels/voxel_store.h"
 
+#include "cuboid_mapping/geometry/box_faces.h"
 #include "cuboid_mapping/parallel/parallel_for.h"
 #include "cuboid_mapping/voxels/brick_store.h"
-#include "cuboid_mapping/voxels/mask_bounds.h"
 
 #include <algorithm>
 #include <limits>
