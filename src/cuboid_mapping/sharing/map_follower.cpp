@@ -5,7 +5,6 @@
 #include "cuboid_mapping/map/map_snapshot.h"
 
 #include <algorithm>
-#include <unordered_set>
 #include <utility>
 
 namespace cuboid_mapping {
@@ -40,15 +39,19 @@ MapDelta makeDelta(const CuboidMap& map, const ChangeSet& changes, std::uint64_t
   MapDelta delta{instance, base, map.revision(), changes.is_everything, map.grid().resolution(),
                  detail,   {}};
   if (changes.is_everything) return delta;
-  std::unordered_set<Cell, CellHash> done;
-  done.reserve(changes.bricks.size());
-  delta.bricks.reserve(changes.bricks.size());
-  for (const ChangedBrick& changed : changes.bricks) {
-    if (detail == MapDetail::kClasses && !changed.has_new_cuboids) continue;
-    if (!done.insert(changed.brick).second) continue;
-    const PackedVoxels* voxels = map.voxels().find(changed.brick);
-    delta.bricks.push_back(
-        {changed.brick, voxels == nullptr ? PackedVoxels() : detailOf(*voxels, detail)});
+  std::vector<Cell> changed;
+  changed.reserve(changes.bricks.size());
+  for (const ChangedBrick& brick : changes.bricks) {
+    if (detail == MapDetail::kValues || brick.has_new_cuboids) changed.push_back(brick.brick);
+  }
+  if (!std::is_sorted(changed.begin(), changed.end(), isBeforeOnMortonCurve)) {
+    std::sort(changed.begin(), changed.end(), isBeforeOnMortonCurve);
+  }
+  changed.erase(std::unique(changed.begin(), changed.end()), changed.end());
+  delta.bricks.reserve(changed.size());
+  for (const Cell& brick : changed) {
+    const PackedVoxels* voxels = map.voxels().find(brick);
+    delta.bricks.push_back({brick, voxels == nullptr ? PackedVoxels() : detailOf(*voxels, detail)});
   }
   return delta;
 }

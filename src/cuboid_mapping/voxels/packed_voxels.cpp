@@ -324,10 +324,15 @@ void PackedVoxels::pack(const Unpacked& unpacked) {
 
 PackedVoxels PackedVoxels::ofClasses(const BrickMask& known, const BrickMask& occupied,
                                      const SensorModel& model) {
-  VoxelValues values;
-  values.fill(model.min());
-  occupied.forEach([&](int voxel) { values[static_cast<std::size_t>(voxel)] = model.max(); });
-  return {known, values};
+  Unpacked unpacked;
+  for (const bool is_occupied : {false, true}) {
+    const BrickMask of_class = is_occupied ? known & occupied : known.without(occupied);
+    if (of_class.isEmpty()) continue;
+    unpacked.set(of_class, 0, -1, is_occupied ? model.max() : model.min());
+  }
+  PackedVoxels packed;
+  packed.pack(unpacked);
+  return packed;
 }
 
 }  // namespace cuboid_mapping
