@@ -8,7 +8,7 @@
 #include "cuboid_mapping/query/box_query.h"
 #include "cuboid_mapping/query/path_query.h"
 #include "cuboid_mapping/query/ray_query.h"
-#include "cuboid_mapping/ros/mapping/guarded_map.h"
+#include "cuboid_mapping/ros/map/guarded_map.h"
 #include "cuboid_mapping/scan/scan_update.h"
 #include "cuboid_mapping/sharing/map_follower.h"
 #include "data_sets/scan_dataset.h"

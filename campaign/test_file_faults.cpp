@@ -2,7 +2,7 @@
 // Saves and loads without memory, disk space or rights: a file is the old one or the new one, whole; a
 // map is the file's or the old one; and the answer says which.
 #include "cuboid_mapping/io/file_replacement.h"
-#include "cuboid_mapping/ros/mapping/map_storage.h"
+#include "cuboid_mapping/ros/map/map_storage.h"
 #include "fault_campaign.h"
 #include "ros/random_guarded_map.h"
 #include "tools/run_program.h"

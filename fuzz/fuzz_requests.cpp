@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Requests with arbitrary numbers to all services that answer from the map.
 #include "cuboid_mapping/ros/edits/map_edits.h"
-#include "cuboid_mapping/ros/mapping/guarded_map.h"
+#include "cuboid_mapping/ros/map/guarded_map.h"
 #include "cuboid_mapping/ros/planning/planner_services.h"
 
 #include "fuzz_input.h"

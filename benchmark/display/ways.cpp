@@ -4,7 +4,7 @@
 #include "cuboid_mapping/map/cuboid_search.h"
 #include "cuboid_mapping/ros/conversions/map_messages.h"
 #include "cuboid_mapping/ros/conversions/points.h"
-#include "cuboid_mapping/ros/mapping/marker_cache.h"
+#include "cuboid_mapping/ros/markers/marker_cache.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/sharing/map_follower.h"
 

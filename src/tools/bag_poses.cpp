@@ -4,8 +4,8 @@
 #include "cuboid_mapping/geometry/rounded_transform.h"
 #include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/conversions/pose_messages.h"
-#include "cuboid_mapping/ros/mapping/to_and_fro.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
+#include "cuboid_mapping/ros/middleware/to_and_fro.h"
 #include "pose_file.h"
 
 #include <geometry_msgs/PoseStamped.h>

@@ -5,7 +5,7 @@
 #include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/clouds/forgetting.h"
 #include "cuboid_mapping/ros/clouds/moving_filter.h"
-#include "cuboid_mapping/ros/mapping/map_storage.h"
+#include "cuboid_mapping/ros/map/map_storage.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
 #include "map_content.h"

@@ -3,9 +3,9 @@
 
 #include "command_line.h"
 #include "cuboid_mapping/io/text.h"
-#include "cuboid_mapping/ros/mapping/static_publishers.h"
-#include "cuboid_mapping/ros/mapping/to_and_fro.h"
+#include "cuboid_mapping/ros/middleware/static_publishers.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
+#include "cuboid_mapping/ros/middleware/to_and_fro.h"
 
 #include <console_bridge/console.h>
 #include <tf2_msgs/TFMessage.h>

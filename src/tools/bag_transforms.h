@@ -3,7 +3,7 @@
 
 #include "bag_files.h"
 #include "bag_topics.h"
-#include "cuboid_mapping/ros/mapping/tf_buffer.h"
+#include "cuboid_mapping/ros/middleware/tf_buffer.h"
 
 #include <geometry_msgs/TransformStamped.h>
 

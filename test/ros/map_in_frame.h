@@ -2,9 +2,9 @@
 // A guarded map with a frame, and tf, for tests of answers.
 #pragma once
 
-#include "cuboid_mapping/ros/mapping/answers.h"
-#include "cuboid_mapping/ros/mapping/guarded_map.h"
-#include "cuboid_mapping/ros/mapping/service_call.h"
+#include "cuboid_mapping/ros/map/guarded_map.h"
+#include "cuboid_mapping/ros/queries/answers.h"
+#include "cuboid_mapping/ros/queries/service_call.h"
 
 #include <geometry_msgs/TransformStamped.h>
 #include <gtest/gtest.h>

@@ -5,8 +5,8 @@
 #include "cuboid_mapping/boxes/joined_cuboids.h"
 #include "cuboid_mapping/map/cuboid_search.h"
 #include "cuboid_mapping/query/value_query.h"
-#include "cuboid_mapping/ros/mapping/marker_cache.h"
-#include "cuboid_mapping/ros/mapping/marker_colors.h"
+#include "cuboid_mapping/ros/conversions/marker_colors.h"
+#include "cuboid_mapping/ros/markers/marker_cache.h"
 
 #include <gtest/gtest.h>
 #include <visualization_msgs/MarkerArray.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cuboid_mapping/ros/mapping/guarded_map.h"
+#include "cuboid_mapping/ros/map/guarded_map.h"
 #include "support/random_bricks.h"
 #include "support/snapshots.h"
 

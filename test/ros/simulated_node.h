@@ -3,8 +3,8 @@
 #pragma once
 
 #include "cuboid_mapping/io/map_files.h"
+#include "cuboid_mapping/ros/map/guarded_map.h"
 #include "cuboid_mapping/ros/mapping/cloud_queue.h"
-#include "cuboid_mapping/ros/mapping/guarded_map.h"
 #include "cuboid_mapping/ros/mapping/sensor_input.h"
 #include "cuboid_mapping/sharing/map_follower.h"
 

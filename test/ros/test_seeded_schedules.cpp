@@ -5,7 +5,7 @@
 //   CUBOID_MAPPING_TEST_SEED=1 CUBOID_MAPPING_FIRST_SCHEDULE=137 CUBOID_MAPPING_SCHEDULES=1 test_seeded_schedules
 #include "cuboid_mapping/map/cuboid_search.h"
 #include "cuboid_mapping/map/map_snapshot.h"
-#include "cuboid_mapping/ros/mapping/map_storage.h"
+#include "cuboid_mapping/ros/map/map_storage.h"
 #include "ros/cloud_messages.h"
 #include "ros/simulated_node.h"
 #include "support/cuboid_set.h"

@@ -13,7 +13,7 @@
 #include "cuboid_mapping/ros/forgetting/forgetting_feature.h"
 #include "cuboid_mapping/ros/grids/robot_grid_feature.h"
 #include "cuboid_mapping/ros/ground/ground_step.h"
-#include "cuboid_mapping/ros/mapping/map_markers.h"
+#include "cuboid_mapping/ros/markers/map_markers.h"
 #include "cuboid_mapping/ros/moving_points/moving_points_feature.h"
 #include "cuboid_mapping/ros/no_returns/no_return_step.h"
 #include "cuboid_mapping/ros/octomap_server/octomap_server_feature.h"

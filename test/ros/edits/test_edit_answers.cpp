@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/history/kept_clouds.h"
 #include "cuboid_mapping/ros/edits/map_edits.h"
-#include "cuboid_mapping/ros/mapping/edit_undo.h"
+#include "cuboid_mapping/ros/map/edit_undo.h"
 
 #include "ros/map_in_frame.h"
 #include "support/snapshots.h"

@@ -2,7 +2,7 @@
 // The running node as replacement of octomap_server: its topics and services, and files of maps.
 #include "cuboid_mapping/LoadMap.h"
 #include "cuboid_mapping/SaveMap.h"
-#include "cuboid_mapping/ros/mapping/marker_colors.h"
+#include "cuboid_mapping/ros/conversions/marker_colors.h"
 #include "ros/node_probe.h"
 #include "ros/octomap_server/octomap_probe.h"
 #include "tools/run_program.h"

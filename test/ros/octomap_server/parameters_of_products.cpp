@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Effects of octomap_server's parameters for published topics in the running node, with the values
 // of octomap_parameters.test.
-#include "cuboid_mapping/ros/mapping/marker_colors.h"
+#include "cuboid_mapping/ros/conversions/marker_colors.h"
 #include "ros/octomap_server/server_node.h"
 #include "tools/run_program.h"
 

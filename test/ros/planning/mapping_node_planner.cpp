@@ -10,7 +10,7 @@
 #include "cuboid_mapping/GetFreeGraph.h"
 #include "cuboid_mapping/GetLocks.h"
 #include "cuboid_mapping/SetBox.h"
-#include "cuboid_mapping/ros/mapping/service_call.h"
+#include "cuboid_mapping/ros/queries/service_call.h"
 #include "ros/node_probe.h"
 
 #include <std_srvs/SetBool.h>

@@ -2,7 +2,7 @@
 // Answers of services about parts of the map that are on disk only, and conflicts of a window's parameters.
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/ros/edits/map_edits.h"
-#include "cuboid_mapping/ros/mapping/map_storage.h"
+#include "cuboid_mapping/ros/map/map_storage.h"
 #include "cuboid_mapping/ros/octomap_server/octomap_server_feature.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
 #include "cuboid_mapping/ros/planning/planner_services.h"

@@ -3,13 +3,13 @@
 
 #include "cuboid_mapping/history/kept_clouds.h"
 #include "cuboid_mapping/ros/conversions/pose_messages.h"
-#include "cuboid_mapping/ros/mapping/call_progress.h"
-#include "cuboid_mapping/ros/mapping/map_storage.h"
-#include "cuboid_mapping/ros/mapping/service_call.h"
+#include "cuboid_mapping/ros/map/call_progress.h"
+#include "cuboid_mapping/ros/map/map_storage.h"
 #include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 #include "cuboid_mapping/ros/parameters/parameter_table.h"
+#include "cuboid_mapping/ros/queries/service_call.h"
 
 #include <ros/console.h>
 

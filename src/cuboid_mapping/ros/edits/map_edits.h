@@ -2,8 +2,8 @@
 // Edits of the map by services.
 #pragma once
 
-#include "cuboid_mapping/ros/mapping/answers.h"
 #include "cuboid_mapping/ros/mapping/map_feature.h"
+#include "cuboid_mapping/ros/queries/answers.h"
 
 #include <cuboid_mapping/GetLocks.h>
 #include <cuboid_mapping/SetBox.h>

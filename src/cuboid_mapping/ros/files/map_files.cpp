@@ -4,10 +4,10 @@
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/io/text.h"
-#include "cuboid_mapping/ros/mapping/service_call.h"
 #include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/parameters/parameter_table.h"
+#include "cuboid_mapping/ros/queries/service_call.h"
 
 #include <ros/console.h>
 

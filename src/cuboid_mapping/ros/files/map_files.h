@@ -3,9 +3,9 @@
 
 #include "cuboid_mapping/LoadMap.h"
 #include "cuboid_mapping/SaveMap.h"
-#include "cuboid_mapping/ros/mapping/call_progress.h"
+#include "cuboid_mapping/ros/map/call_progress.h"
+#include "cuboid_mapping/ros/map/map_storage.h"
 #include "cuboid_mapping/ros/mapping/map_feature.h"
-#include "cuboid_mapping/ros/mapping/map_storage.h"
 #include "cuboid_mapping/ros/middleware/callback_guard.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
 

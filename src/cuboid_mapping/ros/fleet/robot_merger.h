@@ -2,7 +2,7 @@
 #pragma once
 
 #include "cuboid_mapping/Observation.h"
-#include "cuboid_mapping/ros/mapping/guarded_map.h"
+#include "cuboid_mapping/ros/map/guarded_map.h"
 #include "cuboid_mapping/ros/middleware/service_calls.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
 #include "cuboid_mapping/sharing/observation_order.h"

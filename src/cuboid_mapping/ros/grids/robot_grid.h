@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cuboid_mapping/ros/mapping/guarded_map.h"
+#include "cuboid_mapping/ros/map/guarded_map.h"
 #include "cuboid_mapping/ros/middleware/grid_publisher.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
 

@@ -2,7 +2,7 @@
 #include "cuboid_mapping/ros/mapping/cloud_queue.h"
 
 #include "cuboid_mapping/ros/diagnostics/diagnostics.h"
-#include "cuboid_mapping/ros/mapping/tf_buffer.h"
+#include "cuboid_mapping/ros/middleware/tf_buffer.h"
 
 #include <algorithm>
 #include <chrono>

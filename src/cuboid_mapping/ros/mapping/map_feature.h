@@ -5,11 +5,11 @@
 #include "cuboid_mapping/geometry/voxel_motion.h"
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/ros/diagnostics/diagnostics.h"
-#include "cuboid_mapping/ros/mapping/guarded_map.h"
-#include "cuboid_mapping/ros/mapping/service_call.h"
+#include "cuboid_mapping/ros/map/guarded_map.h"
 #include "cuboid_mapping/ros/middleware/callback_guard.h"
 #include "cuboid_mapping/ros/parameters/parameter_table.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
+#include "cuboid_mapping/ros/queries/service_call.h"
 #include "cuboid_mapping/scan/scan.h"
 #include "cuboid_mapping/scan/scan_update.h"
 

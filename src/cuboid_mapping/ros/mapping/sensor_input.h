@@ -5,7 +5,7 @@
 #include "cuboid_mapping/ros/conversions/cloud_conversions.h"
 #include "cuboid_mapping/ros/conversions/sensor_conversions.h"
 #include "cuboid_mapping/ros/diagnostics/node_statistics.h"
-#include "cuboid_mapping/ros/mapping/kept_history.h"
+#include "cuboid_mapping/ros/map/kept_history.h"
 #include "cuboid_mapping/ros/mapping/sensor_step.h"
 #include "cuboid_mapping/ros/mapping/tf_poses.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"

@@ -3,7 +3,7 @@
 
 #include "cuboid_mapping/ros/conversions/cloud_error.h"
 #include "cuboid_mapping/ros/conversions/sensor_conversions.h"
-#include "cuboid_mapping/ros/mapping/tf_buffer.h"
+#include "cuboid_mapping/ros/middleware/tf_buffer.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
 
 #include <ros/duration.h>

@@ -2,9 +2,9 @@
 #pragma once
 
 #include "cuboid_mapping/ros/diagnostics/cloud_ledger.h"
+#include "cuboid_mapping/ros/map/guarded_map.h"
+#include "cuboid_mapping/ros/map/phase_fair_mutex.h"
 #include "cuboid_mapping/ros/mapping/cloud_queue.h"
-#include "cuboid_mapping/ros/mapping/guarded_map.h"
-#include "cuboid_mapping/ros/mapping/phase_fair_mutex.h"
 #include "cuboid_mapping/ros/mapping/sensor_input.h"
 #include "cuboid_mapping/ros/middleware/callback_guard.h"
 #include "cuboid_mapping/ros/node/cloud_receiver.h"

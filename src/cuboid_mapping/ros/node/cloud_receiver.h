@@ -5,8 +5,8 @@
 #include "cuboid_mapping/ros/diagnostics/diagnostics.h"
 #include "cuboid_mapping/ros/mapping/cloud_queue.h"
 #include "cuboid_mapping/ros/mapping/node_sources.h"
-#include "cuboid_mapping/ros/mapping/tf_buffer.h"
 #include "cuboid_mapping/ros/middleware/callback_guard.h"
+#include "cuboid_mapping/ros/middleware/tf_buffer.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
 
 #include <diagnostic_updater/diagnostic_updater.h>

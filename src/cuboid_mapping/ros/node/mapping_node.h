@@ -3,10 +3,9 @@
 
 #include "cuboid_mapping/MoveMap.h"
 #include "cuboid_mapping/ros/diagnostics/cloud_ledger.h"
-#include "cuboid_mapping/ros/mapping/guarded_map.h"
+#include "cuboid_mapping/ros/map/guarded_map.h"
+#include "cuboid_mapping/ros/map/map_storage.h"
 #include "cuboid_mapping/ros/mapping/map_feature.h"
-#include "cuboid_mapping/ros/mapping/map_storage.h"
-#include "cuboid_mapping/ros/mapping/service_call.h"
 #include "cuboid_mapping/ros/middleware/callback_guard.h"
 #include "cuboid_mapping/ros/node/cloud_mapper.h"
 #include "cuboid_mapping/ros/node/cloud_receiver.h"
@@ -15,6 +14,7 @@
 #include "cuboid_mapping/ros/node/publishing_thread.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
 #include "cuboid_mapping/ros/parameters/reconfigure.h"
+#include "cuboid_mapping/ros/queries/service_call.h"
 
 #include <ros/node_handle.h>
 #include <ros/service_server.h>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Services of a MappingNode that it answers itself.
-#include "cuboid_mapping/ros/mapping/answers.h"
-#include "cuboid_mapping/ros/mapping/map_storage.h"
+#include "cuboid_mapping/ros/map/map_storage.h"
 #include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/node/mapping_node.h"
+#include "cuboid_mapping/ros/queries/answers.h"
 
 #include <ros/console.h>
 #include <std_srvs/Empty.h>

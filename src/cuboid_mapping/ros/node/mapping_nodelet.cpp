@@ -2,7 +2,7 @@
 #include "cuboid_mapping/ros/node/mapping_nodelet.h"
 
 #include "cuboid_mapping/io/text.h"
-#include "cuboid_mapping/ros/mapping/map_storage.h"
+#include "cuboid_mapping/ros/map/map_storage.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/node/mapping_node.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"

@@ -4,7 +4,7 @@
 #include "cuboid_mapping/ros/diagnostics/cloud_ledger.h"
 #include "cuboid_mapping/ros/diagnostics/diagnostics.h"
 #include "cuboid_mapping/ros/diagnostics/node_statistics.h"
-#include "cuboid_mapping/ros/mapping/guarded_map.h"
+#include "cuboid_mapping/ros/map/guarded_map.h"
 #include "cuboid_mapping/ros/middleware/callback_guard.h"
 
 #include <diagnostic_updater/diagnostic_updater.h>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "cuboid_mapping/ros/diagnostics/diagnostics.h"
-#include "cuboid_mapping/ros/mapping/guarded_map.h"
+#include "cuboid_mapping/ros/map/guarded_map.h"
 #include "cuboid_mapping/ros/mapping/map_feature.h"
 #include "cuboid_mapping/ros/middleware/callback_guard.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/octomap_server/octomap_products.h"
 
+#include "cuboid_mapping/ros/conversions/marker_colors.h"
 #include "cuboid_mapping/ros/conversions/points.h"
-#include "cuboid_mapping/ros/mapping/marker_colors.h"
 
 #include <algorithm>
 #include <array>

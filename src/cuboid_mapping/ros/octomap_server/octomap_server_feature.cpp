@@ -3,11 +3,11 @@
 
 #include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/conversions/points.h"
-#include "cuboid_mapping/ros/mapping/map_storage.h"
-#include "cuboid_mapping/ros/mapping/service_call.h"
+#include "cuboid_mapping/ros/map/map_storage.h"
 #include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
+#include "cuboid_mapping/ros/queries/service_call.h"
 
 #include <octomap_msgs/BoundingBoxQuery.h>
 #include <octomap_msgs/GetOctomap.h>

@@ -3,8 +3,8 @@
 #include "cuboid_mapping/query/motion_query.h"
 #include "cuboid_mapping/query/path_query.h"
 #include "cuboid_mapping/query/pose_query.h"
-#include "cuboid_mapping/ros/mapping/service_call.h"
 #include "cuboid_mapping/ros/planning/planner_services.h"
+#include "cuboid_mapping/ros/queries/service_call.h"
 
 #include <tf2_eigen/tf2_eigen.h>
 

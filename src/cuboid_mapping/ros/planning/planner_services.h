@@ -2,8 +2,8 @@
 // Services for planners.
 #pragma once
 
-#include "cuboid_mapping/ros/mapping/answers.h"
 #include "cuboid_mapping/ros/mapping/map_feature.h"
+#include "cuboid_mapping/ros/queries/answers.h"
 
 #include <cuboid_mapping/CastRays.h>
 #include <cuboid_mapping/CheckPath.h>

@@ -7,7 +7,7 @@
 #include "cuboid_mapping/query/path_query.h"
 #include "cuboid_mapping/query/pose_path.h"
 #include "cuboid_mapping/query/ray_query.h"
-#include "cuboid_mapping/ros/mapping/service_call.h"
+#include "cuboid_mapping/ros/queries/service_call.h"
 
 #include <tf2_eigen/tf2_eigen.h>
 

@@ -2,7 +2,7 @@
 #include "cuboid_mapping/ros/sharing/map_publisher.h"
 
 #include "cuboid_mapping/io/packed_bricks.h"
-#include "cuboid_mapping/ros/mapping/map_storage.h"
+#include "cuboid_mapping/ros/map/map_storage.h"
 #include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/window/window_feature.h"
 
-#include "cuboid_mapping/ros/mapping/map_storage.h"
+#include "cuboid_mapping/ros/map/map_storage.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/parameters/parameter_table.h"
 

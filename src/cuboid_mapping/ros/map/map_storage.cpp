@@ -1,0 +1,368 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/map/map_storage.h"
+
+#include "cuboid_mapping/fusion/brick_division.h"
+#include "cuboid_mapping/io/file_replacement.h"
+#include "cuboid_mapping/io/map_files.h"
+#include "cuboid_mapping/io/map_store.h"
+#include "cuboid_mapping/io/point_cloud_map.h"
+#include "cuboid_mapping/io/text.h"
+#include "cuboid_mapping/map/cuboid_search.h"
+#include "cuboid_mapping/ros/map/point_cloud_loader.h"
+#include "cuboid_mapping/ros/middleware/tf_lookup.h"
+#include "cuboid_mapping/window/map_window.h"
+
+#include <cmath>
+#include <exception>
+#include <filesystem>
+#include <sstream>
+#include <stdexcept>
+#include <utility>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+/// Runs work; its exceptions become errors of the answer.
+template <typename WorkT>
+StorageAnswer guard(const WorkT& work) {
+  StorageAnswer answer;
+  try {
+    work(answer);
+  } catch (const std::bad_alloc&) {
+    answer.error = "there is not enough memory";
+  } catch (const std::exception& exception) {
+    answer.error = exception.what();
+  }
+  return answer;
+}
+
+std::string compareResolutions(double of_file_m, double of_map_m, const std::string& file) {
+  if (std::abs(of_file_m - of_map_m) <= 1e-9 * of_map_m) return {};
+  std::ostringstream text;
+  text << file << " has voxels of " << of_file_m << " m, but this map has voxels of " << of_map_m
+       << " m: start the node with resolution " << of_file_m << ", or with map_file";
+  return text.str();
+}
+
+/// Runs work that reads a map; its errors name the limit.
+template <typename WorkT>
+auto readWithin(const WorkT& work) {
+  try {
+    return work();
+  } catch (const MapFileError& error) {
+    if (error.defect() != MapFileDefect::kTooBig) throw;
+    throw MapFileError(error.defect(),
+                       std::string(error.what()) + ", in the memory of this machine");
+  }
+}
+
+/// @param resolution_m  Resolution for a cloud, which has none.
+MapFile readFileWithin(const std::string& file, double resolution_m, const SensorModelConfig& model,
+                       const SnapshotLimits& limits) {
+  if (isPointCloudFile(file)) {
+    return {MapFormat::kPcd, loadPointCloudMap(file, resolution_m, model),
+            std::filesystem::file_size(file)};
+  }
+  return readWithin([&] { return readMapFile(file, model, limits); });
+}
+
+/// Number of cuboids with FusionKind::kClass.
+std::size_t countCuboids(const MapSnapshot& snapshot) {
+  std::vector<Cuboid> cuboids;
+  for (const VoxelBrick& brick : snapshot.bricks) divideBrick(brick, cuboids);
+  return cuboids.size();
+}
+
+/// Box around all bricks; empty if there are none.
+CellBox boundsOf(const MapSnapshot& snapshot) {
+  CellBox bounds;
+  for (const VoxelBrick& brick : snapshot.bricks) {
+    const CellBox box = brickBox(brick.brick);
+    bounds = bounds.isEmpty() ? box : unite(bounds, box);
+  }
+  return bounds;
+}
+
+/// @param prepare  (CuboidMap&): prepares the old map for the exchange, or throws.
+template <typename PrepareT>
+void putInPlace(GuardedMap& map, const MapConfig& config, const MapSnapshot& snapshot,
+                const CallProgress& progress, StorageAnswer& answer, const PrepareT& prepare) {
+  (void)progress.stage("building");
+  CuboidMap fresh(config);  // Built while the old map is in use, and freed after it.
+  restoreSnapshot(snapshot, fresh);
+  answer.num_cuboids = countCuboids(fresh).total();
+  (void)progress.stage("exchanging");
+  map.replaceAll([&](CuboidMap& content) {
+    prepare(content);
+    followSensorModel(content, fresh);
+    return content.exchange(fresh);
+  });
+}
+
+void mergeInto(GuardedMap& map, const MapSnapshot& snapshot, MergeRule rule,
+               StorageAnswer& answer) {
+  map.editIn(boundsOf(snapshot), [&](CuboidMap& content) {
+    MapSnapshot merged = takeSnapshot(content, "");
+    answer.notes += describe(mergeMaps(merged, snapshot, rule), rule);
+    auto changes = content.replace(kAllCells, merged.bricks);
+    answer.num_cuboids = countCuboids(content).total();
+    return changes;
+  });
+}
+
+}  // namespace
+
+SnapshotLimits limitsOfMachine() {
+  const auto num_pages = static_cast<std::uint64_t>(std::max(::sysconf(_SC_PHYS_PAGES), 0L));
+  return SnapshotLimits::ofMemory(num_pages * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE)));
+}
+
+MapSnapshot takeWholeSnapshot(GuardedMap& map, const std::string& frame_id,
+                              const SnapshotLimits& limits, const SnapshotLook& look,
+                              const CallProgress& progress) {
+  const PageHold hold = map.hold();  // No page is evicted to the disk meanwhile.
+  MapSnapshot snapshot;
+  std::vector<Cell> pages;
+  std::uint64_t num_replaced = 0;
+  map.readWithWindow(
+      [&](const CuboidMap& content, const ros::Time& stamp, const MapWindow* window) {
+        if (look) look(content, stamp, window);
+        snapshot = takeSnapshot(content, frame_id);
+        if (window != nullptr) pages = window->storedPages();
+        num_replaced = map.numReplaced();
+      });
+  const auto told = progress.stage("reading pages");
+  std::uint64_t num_read = 0;
+  for (const Cell& page : pages) {
+    map.readWithWindow(
+        [&](const auto& /*content*/, const auto& /*stamp*/, const MapWindow* window) {
+          if (map.numReplaced() != num_replaced) {
+            throw std::runtime_error(
+                "the whole map was replaced meanwhile, by another call: call again");
+          }
+          readWithin([&] { window->addStored(page, limits, snapshot); });
+        });
+    if (told) told(++num_read, pages.size());
+  }
+  if (!pages.empty()) sortBricks(snapshot.bricks);
+  return snapshot;
+}
+
+StorageAnswer saveMap(GuardedMap& map, const std::string& frame_id, const std::string& file,
+                      const SnapshotLimits& limits, const CallProgress& progress) {
+  return guard([&](StorageAnswer& answer) {
+    std::string state;
+    MapSnapshot told;  // Snapshot for the cuboids of a .csv.
+    bool is_in_memory = true;
+    const auto look = [&](const CuboidMap& content, const auto& /*stamp*/,
+                          const MapWindow* window) {
+      state = map.progress();
+      answer.revision = content.revision();
+      is_in_memory = window == nullptr || window->figures().num_on_disk_only == 0;
+      if (is_in_memory) answer.num_cuboids = countCuboids(content).total();
+      if (formatOfName(file) == MapFormat::kCsv) addCuboids(content, told);
+    };
+    MapSnapshot snapshot = takeWholeSnapshot(map, withoutSlash(frame_id), limits, look, progress);
+    snapshot.progress = state;
+    if (!told.cuboids.empty()) snapshot.cuboids = std::move(told.cuboids);
+    if (!is_in_memory) answer.num_cuboids = countCuboids(snapshot);
+    answer.num_bytes = writeMapFile(followLinks(file), snapshot, progress.stage("writing"));
+  });
+}
+
+StorageAnswer loadMap(GuardedMap& map, const std::string& file, const SnapshotLimits& limits,
+                      const LoadPlacement& placement, const CallProgress& progress) {
+  return guard([&](StorageAnswer& answer) {
+    const MapConfig config = map.config();
+    (void)progress.stage("reading");
+    MapFile read = readFileWithin(file, config.resolution_m, config.sensor_model, limits);
+    answer.error = compareResolutions(read.snapshot.resolution_m, map.grid().resolution(), file);
+    if (!answer.error.empty()) return;
+    if (placement.T_map_file) {
+      const bool is_exact = cuboid_mapping::moveMap(*placement.T_map_file, read.snapshot,
+                                                    config.threads, progress.stage("moving"));
+      answer.notes = cuboid_mapping::describeMotion(is_exact) + ". ";
+    } else if (!placement.frame_id.empty()) {
+      answer.notes = describeOtherFrame(read.snapshot.frame_id, placement.frame_id);
+    }
+    answer.num_bytes = read.num_bytes;
+    if (placement.rule) {
+      (void)progress.stage("merging");
+      mergeInto(map, read.snapshot, *placement.rule, answer);
+    } else {
+      putInPlace(map, config, read.snapshot, progress, answer, [](CuboidMap& /*content*/) {});
+    }
+  });
+}
+
+StorageAnswer moveWholeMap(GuardedMap& map, const VoxelMotion& motion, const SnapshotLimits& limits,
+                           const CallProgress& progress) {
+  return guard([&](StorageAnswer& answer) {
+    MapConfig config;
+    std::vector<CellBox> locked;
+    const auto look = [&](const CuboidMap& content, const auto& /*stamp*/, const auto* /*window*/) {
+      config = content.config();
+      locked = content.lockedBoxes();
+      answer.revision = content.revision();
+    };
+    MapSnapshot snapshot = takeWholeSnapshot(map, "", limits, look, progress);
+    Eigen::Isometry3d T_new_old = motion.transform();
+    T_new_old.translation() *= config.resolution_m;
+    moveMap(T_new_old, snapshot, config.threads, progress.stage("moving"));
+    putInPlace(map, config, snapshot, progress, answer, [&](CuboidMap& content) {
+      if (content.revision() != answer.revision || content.lockedBoxes() != locked) {
+        throw std::runtime_error("the map was changed meanwhile, by another call: call again");
+      }
+      content.setLocked(snapshot.locked);
+    });
+  });
+}
+
+std::string describeOtherFrame(const std::string& of_file, const std::string& of_map) {
+  const std::string frame = withoutSlash(of_map);
+  if (of_file.empty() || of_file == frame) return {};
+  return "the file has a map in '" + of_file + "': its coordinates are taken as those of '" +
+         frame + "'. If the frames differ, set frame_id to " + of_file +
+         ", or give ~load_map a transform. ";
+}
+
+std::string describeRefusal(const Eigen::Isometry3d& T_target_map, double resolution_m) {
+  std::ostringstream text;
+  text << "the transform does not take voxels to voxels: only turns by multiples of 90 degrees "
+          "about the axes with shifts by multiples of "
+       << resolution_m << " m are exact. ";
+  Eigen::Isometry3d nearest = T_target_map;
+  nearest.translation() =
+      resolution_m * (T_target_map.translation() / resolution_m).array().round();
+  if (VoxelMotion::of(nearest, resolution_m)) {
+    text << "The nearest exact one has the translation "
+         << cuboid_mapping::toText(nearest.translation()) << ". ";
+  }
+  text << "Or resample the map: ~save_map, then ~load_map of that file with this transform. Or map "
+          "a recording again, with the new poses: bag_to_map";
+  return text.str();
+}
+
+std::optional<MapSnapshot> readStartMap(NodeParameters& parameters) {
+  // Only a store keeps the list of merged observations.
+  const bool is_whole = parameters.fleet.robots.empty() || isSqliteFile(parameters.autosave_file);
+  const bool goes_on = is_whole && !parameters.window.keeps() && hasMap(parameters.autosave_file);
+  const std::string& name = goes_on ? parameters.autosave_file : parameters.map_file;
+  if (name.empty()) return std::nullopt;
+  MapFile file = readFileWithin(name, parameters.map.resolution_m, parameters.source.sensor_model,
+                                limitsOfMachine());
+  if (goes_on) {
+    const std::string error =
+        compareResolutions(file.snapshot.resolution_m, parameters.map.resolution_m, name);
+    if (!error.empty()) {
+      throw MapFileError(MapFileDefect::kForeign, error + "; or name another autosave_file");
+    }
+  }
+  parameters.map.resolution_m = file.snapshot.resolution_m;
+  parameters.is_autosave_read = goes_on;
+  return std::move(file.snapshot);
+}
+
+// Opens a store for writing, since unfinished changes have to be rolled back.
+bool hasMap(const std::string& file) {
+  namespace fs = std::filesystem;
+  std::error_code ignored;
+  if (file.empty() || !fs::exists(file, ignored)) return false;
+  return !isSqliteFile(file) || MapStore(file, StoreAccess::kWrite).head();
+}
+
+std::string followLinks(const std::string& file) {
+  namespace fs = std::filesystem;
+  constexpr int kMaxLinks = 40;  // The limit of Linux.
+  std::error_code error;
+  fs::path path = file;
+  for (int i = 0; i < kMaxLinks && fs::is_symlink(fs::symlink_status(path, error)); ++i) {
+    path = path.parent_path() / fs::read_symlink(path, error);
+  }
+  return path.string();
+}
+
+std::string nameBeside(const std::string& file) {
+  namespace fs = std::filesystem;
+  const fs::path path = file;
+  std::error_code ignored;
+  for (int number = 2;; ++number) {
+    fs::path name = path.parent_path() / path.stem();
+    name += "-" + std::to_string(number) + path.extension().string();
+    if (!fs::exists(fs::symlink_status(name, ignored))) return name.string();
+  }
+}
+
+std::string locksFile(const std::string& map_file) { return map_file + ".locks"; }
+
+void saveLocks(const GuardedMap& map, const std::string& map_file) {
+  const auto boxes = map.read([](const CuboidMap& content) { return content.lockedBoxes(); });
+  std::error_code ignored;
+  const bool is_in_map_file = formatOfName(map_file) == MapFormat::kNative;
+  if (boxes.empty() || is_in_map_file) {
+    std::filesystem::remove(locksFile(map_file), ignored);
+    return;
+  }
+  std::ostringstream text;
+  for (const CellBox& box : boxes) {
+    for (const Cell& cell : {box.min, box.max})
+      text << cell.x << ' ' << cell.y << ' ' << cell.z << ' ';
+    text << '\n';
+  }
+  replaceFile(locksFile(map_file), text.str());
+}
+
+std::vector<CellBox> readLocks(const std::string& map_file) {
+  const std::string file = locksFile(map_file);
+  std::error_code ignored;
+  if (!std::filesystem::exists(file, ignored)) return {};
+  std::istringstream text(readFile(file));
+  std::vector<CellBox> boxes;
+  for (std::string line; std::getline(text, line);) {
+    std::istringstream numbers(line);
+    CellBox box;
+    const bool is_box = static_cast<bool>(numbers >> box.min.x >> box.min.y >> box.min.z >>
+                                          box.max.x >> box.max.y >> box.max.z);
+    if (!is_box || box.isEmpty()) {
+      throw MapFileError(MapFileDefect::kCorrupted,
+                         file + ": line " + std::to_string(boxes.size() + 1) +
+                             " is no box of six numbers: remove it, or the file, to unlock");
+    }
+    boxes.push_back(box);
+  }
+  return boxes;
+}
+
+void lockAsSaved(GuardedMap& map, const std::string& map_file) {
+  const std::vector<CellBox> boxes = readLocks(map_file);
+  map.edit([&](CuboidMap& content) {
+    for (const CellBox& box : boxes) content.lock(box);
+    return ChangeSet{content.revision(), false, {}};
+  });
+}
+
+std::string describePages(std::size_t num_pages) {
+  return counted(num_pages, "part") + " of the map, of 64 x 64 x 64 voxels";
+}
+
+std::unique_ptr<MapWindow> makeWindow(const NodeParameters& parameters, CuboidMap& map) {
+  const WindowParameters& window = parameters.window;
+  if (!window.isOn()) return nullptr;
+  // Checked again: a map to start with may come from the command line.
+  if (window.keeps() && !parameters.map_file.empty()) {
+    throw std::runtime_error(
+        "map_file does not go with window/outside: keep, which starts with window/file");
+  }
+  std::unique_ptr<MapStore> store;
+  if (window.keeps()) {
+    store = openStoreOf({map.config().resolution_m,
+                         map.config().sensor_model,
+                         map.config().environment,
+                         withoutSlash(parameters.frame_id),
+                         {}},
+                        window.file);
+  }
+  return std::make_unique<MapWindow>(window.config, std::move(store), map);
+}
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/markers/marker_cache.h"
+
+#include "cuboid_mapping/boxes/joined_cuboids.h"
+#include "cuboid_mapping/geometry/page.h"
+#include "cuboid_mapping/query/value_query.h"
+#include "cuboid_mapping/ros/conversions/points.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <iterator>
+#include <utility>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+using visualization_msgs::Marker;
+using visualization_msgs::MarkerArray;
+
+constexpr std::int32_t kEdge = kBrickEdge;
+
+static_assert(MarkerCache::kNumLengths == kEdge + kPageEdge / kEdge - 1);
+int toLengthId(std::int32_t length) { return length <= kEdge ? length - 1 : length / kEdge + 6; }
+
+std::int32_t toLength(int length_id) {
+  return length_id < kEdge ? length_id + 1 : (length_id - 6) * kEdge;
+}
+
+int toSizeId(const Cell& size) {
+  constexpr int kNum = MarkerCache::kNumLengths;
+  return toLengthId(size.x) + kNum * (toLengthId(size.y) + kNum * toLengthId(size.z));
+}
+
+Cell toSize(int size_id) {
+  constexpr int kNum = MarkerCache::kNumLengths;
+  return {toLength(size_id % kNum), toLength(size_id / kNum % kNum),
+          toLength(size_id / (kNum * kNum))};
+}
+
+/// End of the first piece of [begin, end).
+std::int32_t endOfPiece(std::int32_t begin, std::int32_t end, bool is_joined) {
+  constexpr std::int32_t kMask = ~(kEdge - 1);
+  if (end - begin <= kEdge) return end;
+  return is_joined ? begin + ((end - begin) & kMask) : (begin & kMask) + kEdge;
+}
+
+}  // namespace
+
+MarkerStyle makeStyle(const NodeParameters& parameters, CuboidFilter filter) {
+  MarkerStyle style;
+  style.filter = filter;
+  style.color_by = parameters.color_by;
+  style.color_period_m = parameters.color_period_m;
+  style.are_joined = parameters.markers_are_joined;
+  return style;
+}
+
+MarkerCache::MarkerCache(const Grid& grid, const MarkerStyle& style) : grid_(grid), style_(style) {}
+
+void MarkerCache::noteChanges(const ChangeSet& changes) {
+  if (is_everything_dirty_) return;
+  if (changes.is_everything) {
+    is_everything_dirty_ = true;
+    dirty_.clear();
+    return;
+  }
+  for (const ChangedBrick& changed : changes.bricks) {
+    if (changed.has_new_cuboids || showsProbability()) dirty_.insert(pageOf(changed.brick));
+  }
+}
+
+void MarkerCache::read(const CuboidMap& map) {
+  if (is_everything_dirty_) markEverything(map);
+  moveAnchor(map);
+  for (const Cell& page : dirty_) readPage(map, page);
+  is_everything_dirty_ = false;
+  dirty_.clear();
+}
+
+void MarkerCache::setColors(ColorBy color_by, double color_period_m) {
+  if (style_.color_by == color_by && style_.color_period_m == color_period_m) return;
+  if (style_.color_by != color_by) is_everything_dirty_ = true;  // Kept probabilities may differ.
+  style_.color_by = color_by;
+  style_.color_period_m = color_period_m;
+  markLists();
+}
+
+void MarkerCache::markLists() {
+  for (std::size_t size_id = 0; size_id < cubes_.size(); ++size_id) {
+    if (!cubes_[size_id].empty()) changed_.set(size_id);
+  }
+}
+
+void MarkerCache::setColorSpan(const std::optional<HeightRange>& span) {
+  style_.color_span = span;
+  if (style_.color_by == ColorBy::kHeight) markLists();
+}
+
+MarkerArray MarkerCache::takeDifference(const std_msgs::Header& header) {
+  MarkerArray array;
+  array.markers.reserve(changed_.count());
+  for (int size_id = 0; size_id < kNumSizes; ++size_id) {
+    if (changed_[static_cast<std::size_t>(size_id)]) {
+      array.markers.push_back(makeMarker(size_id, header));
+    }
+  }
+  changed_.reset();
+  return array;
+}
+
+MarkerArray MarkerCache::makePicture(const std_msgs::Header& header) const {
+  MarkerArray array;
+  Marker delete_all;
+  delete_all.header = header;
+  delete_all.action = Marker::DELETEALL;
+  delete_all.pose.orientation.w = 1.0;
+  array.markers.push_back(delete_all);
+  for (int size_id = 0; size_id < kNumSizes; ++size_id) {
+    if (!cubes_[static_cast<std::size_t>(size_id)].empty()) {
+      array.markers.push_back(makeMarker(size_id, header));
+    }
+  }
+  return array;
+}
+
+void MarkerCache::release() { *this = MarkerCache(grid_, style_); }
+
+void MarkerCache::appendCubes(const CellBox& box, float probability,
+                              std::vector<SizedCube>& cubes) const {
+  const bool is_joined = style_.are_joined;
+  Cell min;
+  Cell max;
+  for (min.z = box.min.z; min.z < box.max.z; min.z = max.z) {
+    max.z = endOfPiece(min.z, box.max.z, is_joined);
+    for (min.y = box.min.y; min.y < box.max.y; min.y = max.y) {
+      max.y = endOfPiece(min.y, box.max.y, is_joined);
+      for (min.x = box.min.x; min.x < box.max.x; min.x = max.x) {
+        max.x = endOfPiece(min.x, box.max.x, is_joined);
+        cubes.push_back({toSizeId(max - min), {min, probability}});
+      }
+    }
+  }
+}
+
+void MarkerCache::readPage(const CuboidMap& map, const Cell& page) {
+  const CellBox box = pageBox(page);
+  std::vector<SizedCube> cubes;
+  const auto add = [&](const Cuboid& cuboid) {
+    if (!box.contains(cuboid.box.min)) return Visit::kContinue;
+    const double probability =
+        showsProbability() ? meanProbability(map, cuboid.box, Budget::unlimited()).valueOr(0.0)
+                           : 0.0;
+    appendCubes(cuboid.box, static_cast<float>(probability), cubes);
+    return Visit::kContinue;
+  };
+  if (style_.are_joined) {
+    const auto joined = joinCuboids(map, box, style_.filter, Budget::unlimited());
+    for (const Cuboid& cuboid : joined.value) add(cuboid);
+  } else {
+    visitBox(map, box, style_.filter, add);
+  }
+  replacePage(page, std::move(cubes));
+}
+
+/// Follows the map, which may be empty at the first reading, and grow far.
+void MarkerCache::moveAnchor(const CuboidMap& map) {
+  const auto bounds = map.bounds();
+  if (!bounds) return;
+  const Eigen::Vector3d anchor_map = farAnchor(grid_.centerOf(*bounds));
+  if (anchor_map == anchor_map_) return;
+  anchor_map_ = anchor_map;
+  markLists();
+}
+
+/// Marks all pages that have, or had, cubes.
+void MarkerCache::markEverything(const CuboidMap& map) {
+  for (const auto& [page, sizes] : sizes_in_page_) dirty_.insert(page);
+  map.voxels().forEach([this](const VoxelBrick& brick) { dirty_.insert(pageOf(brick.brick)); });
+}
+
+void MarkerCache::replacePage(const Cell& page, std::vector<SizedCube> cubes) {
+  // The order depends on the cubes only, so unchanged markers compare equal.
+  std::sort(cubes.begin(), cubes.end(), [](const SizedCube& a, const SizedCube& b) {
+    return a.size_id != b.size_id ? a.size_id < b.size_id : a.cube.min < b.cube.min;
+  });
+  std::vector<int> sizes;
+  for (auto first = cubes.cbegin(); first != cubes.cend();) {
+    const int size_id = first->size_id;
+    std::vector<Cube> list;
+    for (; first != cubes.cend() && first->size_id == size_id; ++first) list.push_back(first->cube);
+    sizes.push_back(size_id);
+    std::vector<Cube>& known_cubes = cubes_[static_cast<std::size_t>(size_id)][page];
+    if (known_cubes == list) continue;
+    known_cubes = std::move(list);
+    changed_.set(static_cast<std::size_t>(size_id));
+  }
+
+  std::vector<int>& known_sizes = sizes_in_page_[page];
+  std::vector<int> vanished;
+  std::set_difference(known_sizes.begin(), known_sizes.end(), sizes.begin(), sizes.end(),
+                      std::back_inserter(vanished));
+  for (const int size_id : vanished) {
+    cubes_[static_cast<std::size_t>(size_id)].erase(page);
+    changed_.set(static_cast<std::size_t>(size_id));
+  }
+  known_sizes = std::move(sizes);
+  if (known_sizes.empty()) sizes_in_page_.erase(page);
+}
+
+Marker MarkerCache::makeMarker(int size_id, const std_msgs::Header& header) const {
+  const CubesByPage& pages = cubes_[static_cast<std::size_t>(size_id)];
+  const Cell size = toSize(size_id);
+  const Eigen::Vector3d size_m = grid_.resolution() * Eigen::Vector3d(size.x, size.y, size.z);
+  const bool has_colors = style_.filter == CuboidFilter::kOccupied;
+  Marker marker = makeCubeList(header, has_colors ? "occupied" : "free", size_id, size_m);
+  marker.action = pages.empty() ? Marker::DELETE : Marker::ADD;
+  marker.pose.position = toPoint(anchor_map_);
+  marker.color = freeColor();
+
+  std::size_t num_cubes = 0;
+  for (const auto& [page, cubes] : pages) num_cubes += cubes.size();
+  marker.points.reserve(num_cubes);
+  if (has_colors) marker.colors.reserve(num_cubes);
+  for (const auto& [page, cubes] : pages) {
+    for (const Cube& cube : cubes) {
+      const Eigen::Vector3d center = grid_.centerOf({cube.min, cube.min + size});
+      marker.points.push_back(toPoint(center - anchor_map_));
+      if (!has_colors) continue;
+      marker.colors.push_back(style_.color_by == ColorBy::kHeight
+                                  ? (style_.color_span
+                                         ? toSpanColor(center.z(), *style_.color_span)
+                                         : toHeightColor(center.z(), style_.color_period_m))
+                                  : toProbabilityColor(cube.probability));
+    }
+  }
+  return marker;
+}
+
+}  // namespace cuboid_mapping_ros

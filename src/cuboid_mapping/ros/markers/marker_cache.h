@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/geometry/grid.h"
+#include "cuboid_mapping/map/cuboid_search.h"
+#include "cuboid_mapping/ros/conversions/marker_colors.h"
+#include "cuboid_mapping/ros/parameters/parameters.h"
+
+#include <std_msgs/Header.h>
+#include <visualization_msgs/MarkerArray.h>
+
+#include <array>
+#include <bitset>
+#include <map>
+#include <optional>
+#include <set>
+#include <vector>
+
+namespace cuboid_mapping_ros {
+
+/// Cuboids that become markers, and their appearance.
+struct MarkerStyle {
+  CuboidFilter filter = CuboidFilter::kOccupied;  ///< kOccupied or kFree.
+  /// Colour of occupied cuboids; free ones all have freeColor().
+  ColorBy color_by = ColorBy::kHeight;
+  double color_period_m = 10.0;           ///< Period of colours, > 0; for kHeight, without a span.
+  std::optional<HeightRange> color_span;  ///< For kHeight: colours run once, and do not repeat.
+  bool are_joined = false;  ///< Cuboids are joined across the bricks of a page, see joinCuboids().
+};
+
+/// Style of a marker topic. @param filter  kOccupied or kFree.
+[[nodiscard]] MarkerStyle makeStyle(const NodeParameters& parameters, CuboidFilter filter);
+
+/// The cuboids of one class as markers: one CUBE_LIST for each size of cuboid, updated by
+/// changes.
+///
+/// A listener that applies every array that update() returns, in order, by (ns, id), has the same
+/// markers as makePicture(): ADD stands for the whole list of a size, DELETE for a size of which
+/// there is none any more. A cuboid longer than 8 voxels on an axis is cut at the multiples of 8 on that axis,
+/// so that there are at most 512 markers: viewers become slow with many markers, not with many cubes. A joined
+/// cuboid is cut into a piece of a multiple of 8 voxels from its lower end and the rest: its pieces are 1 to 8,
+/// 16, 24 and so on to 64 voxels long, in at most kNumSizes markers.
+///
+/// Far from the origin the poses of the markers carry a multiple of 1024 m, and their points the rest.
+///
+/// A cuboid belongs to the page of 64 x 64 x 64 voxels of its least corner. Only changed pages are read again.
+/// Not thread-safe.
+class MarkerCache {
+ public:
+  static constexpr int kNumLengths = 15;  ///< Of the edges of cubes: 1 to 8, 16, 24 to 64 voxels.
+  static constexpr int kNumSizes = kNumLengths * kNumLengths * kNumLengths;
+
+  /// @param grid  Grid of the map.
+  MarkerCache(const Grid& grid, const MarkerStyle& style);
+
+  /// Notes the pages to read again. @complexity O(bricks), log in the number of pages; O(1) after release().
+  void noteChanges(const ChangeSet& changes);
+
+  /// Sets other colours; takeDifference() then has the markers that they change.
+  void setColors(ColorBy color_by, double color_period_m);
+  /// As above, for the span of colours. Nothing: colours repeat.
+  void setColorSpan(const std::optional<HeightRange>& span);
+
+  /// Whether read() has pages to read, or takeDifference() has markers.
+  [[nodiscard]] bool hasChanges() const {
+    return is_everything_dirty_ || !dirty_.empty() || changed_.any();
+  }
+
+  /// Reads changed pages. @complexity O(cuboids of these pages).
+  void read(const CuboidMap& map);
+
+  /// Markers that read() has changed since the last call.
+  /// @complexity O(cubes of these markers).
+  [[nodiscard]] visualization_msgs::MarkerArray takeDifference(const std_msgs::Header& header);
+
+  /// Calls read() and takeDifference().
+  visualization_msgs::MarkerArray update(const CuboidMap& map, const std_msgs::Header& header) {
+    read(map);
+    return takeDifference(header);
+  }
+
+  /// All markers of the last read(), for a subscriber that has none of them: DELETEALL
+  /// first, for markers from an earlier run of the node, then one ADD per size.
+  [[nodiscard]] visualization_msgs::MarkerArray makePicture(const std_msgs::Header& header) const;
+
+  /// Frees the memory; the next read() reads the whole map. For times without subscribers.
+  void release();
+
+ private:
+  /// A cube of a known size.
+  struct Cube {
+    Cell min;
+    float probability;  ///< Mean of the cuboid's voxels; 0 if the colour does not show it.
+  };
+  struct SizedCube {
+    int size_id;
+    Cube cube;
+  };
+  friend bool operator==(const Cube& a, const Cube& b) {
+    return a.min == b.min && a.probability == b.probability;
+  }
+  using CubesByPage = std::map<Cell, std::vector<Cube>>;
+  using SizeSet = std::bitset<kNumSizes>;
+
+  void appendCubes(const CellBox& box, float probability, std::vector<SizedCube>& cubes) const;
+  /// Whether the colour of a cuboid stands for its probability.
+  [[nodiscard]] bool showsProbability() const {
+    return style_.color_by == ColorBy::kProbability && style_.filter == CuboidFilter::kOccupied;
+  }
+  void readPage(const CuboidMap& map, const Cell& page);
+  /// Marks all lists as changed for takeDifference().
+  void markLists();
+  void markEverything(const CuboidMap& map);
+  void moveAnchor(const CuboidMap& map);
+  void replacePage(const Cell& page, std::vector<SizedCube> cubes);
+  [[nodiscard]] visualization_msgs::Marker makeMarker(int size_id,
+                                                      const std_msgs::Header& header) const;
+
+  Grid grid_;
+  MarkerStyle style_;
+  std::array<CubesByPage, kNumSizes> cubes_;  ///< By size; no list is empty.
+  /// Sorted. cubes_ says this, too, but a changed page would have to look through all sizes there.
+  std::map<Cell, std::vector<int>> sizes_in_page_;
+  std::set<Cell> dirty_;  ///< Pages.
+  bool is_everything_dirty_ = true;
+  Eigen::Vector3d anchor_map_ =
+      Eigen::Vector3d::Zero();  ///< Origin of the markers' poses, see farAnchor().
+  SizeSet changed_;             ///< Sizes changed since the last takeDifference().
+};
+
+}  // namespace cuboid_mapping_ros

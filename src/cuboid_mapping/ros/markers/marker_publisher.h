@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/ros/map/guarded_map.h"
+#include "cuboid_mapping/ros/markers/marker_cache.h"
+#include "cuboid_mapping/ros/middleware/latched_topic.h"
+
+#include <ros/duration.h>
+#include <ros/node_handle.h>
+#include <ros/time.h>
+#include <std_msgs/Header.h>
+
+#include <optional>
+
+namespace cuboid_mapping_ros {
+
+/// The topic occupied_cuboids or free_cuboids (visualization_msgs/MarkerArray), which carries differences, see
+/// MarkerCache.
+///
+/// A new connection gets the whole picture, alone; if the topic is not latched, with the next message. All
+/// subscribers get it as a keyframe: a period apart while differences are sent, and once after the last one. A
+/// keyframe repairs the picture of a subscriber that was more than kQueueSize messages behind, or has only the
+/// message latched by ROS. Without subscribers nothing is built or kept. The map is locked while cuboids are
+/// read from it, not while messages are made.
+/// Thread rule: all calls, and the callbacks of the node handle's queue, one after the other.
+class MarkerPublisher {
+ public:
+  /// Queue of messages: each may be as large as the picture, and waits in memory for a subscriber that has
+  /// stopped.
+  static constexpr std::uint32_t kQueueSize = 4;
+
+  /// @param filter  kOccupied or kFree. @param map  Must outlive this object.
+  MarkerPublisher(const ros::NodeHandle& nh, CuboidFilter filter, const NodeParameters& parameters,
+                  const GuardedMap& map);
+  MarkerPublisher(const MarkerPublisher&) = delete;
+  MarkerPublisher& operator=(const MarkerPublisher&) = delete;
+
+  /// Notes a change; call it for every change of the R-tree, in parts, before publish().
+  void noteChanges(const ChangeSet& changes) { cache_.noteChanges(changes); }
+
+  /// Set other colours for the next publish(). With a span, the colours of heights run once; else they repeat.
+  ///@{
+  void setColors(ColorBy color_by, double color_period_m) {
+    cache_.setColors(color_by, color_period_m);
+  }
+  void setColorSpan(const std::optional<HeightRange>& span) { cache_.setColorSpan(span); }
+  ///@}
+
+  [[nodiscard]] bool hasListeners() const { return num_listeners_ > 0; }
+
+  /// Publishes the changes since the last call, if there are any, and subscribers.
+  void publish();
+
+ private:
+  void onConnect(const ros::SingleSubscriberPublisher& listener);
+  void onDisconnect();
+
+  void readMap();
+  void publishDifference();
+  void publishPicture();
+  [[nodiscard]] bool isKeyframeDue() const;
+
+  const GuardedMap& map_;
+  bool is_latched_;
+  MarkerCache cache_;
+  std_msgs::Header header_;
+  int num_listeners_ = 0;        ///< Subscribers that onConnect has seen.
+  bool is_picture_due_ = false;  ///< The picture replaces the next difference.
+  bool owes_keyframe_ = false;   ///< Differences have been sent since the last picture.
+  ros::WallDuration keyframe_period_;
+  ros::SteadyTime last_picture_;
+  LatchedTopic<visualization_msgs::MarkerArray> topic_;  ///< Last: its callbacks use the others.
+};
+
+}  // namespace cuboid_mapping_ros

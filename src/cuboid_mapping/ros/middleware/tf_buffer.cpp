@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cuboid_mapping/ros/middleware/tf_buffer.h"
+
+#include "cuboid_mapping/io/text.h"
+#include "cuboid_mapping/ros/middleware/names.h"
+#include "cuboid_mapping/ros/middleware/tf_lookup.h"
+
+#include <ros/console.h>
+#include <tf2/exceptions.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+namespace cuboid_mapping_ros {
+namespace {
+
+/// Queue size of tf2_ros::TransformListener.
+constexpr std::uint32_t kTfQueueSize = 100;
+
+}  // namespace
+
+bool TfBuffer::setTransform(const geometry_msgs::TransformStamped& transform,
+                            const std::string& authority, bool is_static) {
+  const geometry_msgs::TransformStamped tidy = tidyTransform(transform);
+  if (is_static) return tf2::BufferCore::setTransform(tidy, authority, true);
+  const std::lock_guard<std::mutex> lock(mutex_);
+  Times& times = times_[tidy.child_frame_id];
+  const double stamp_s = tidy.header.stamp.toSec();
+  if (times.doubted) {
+    const double doubted_s = times.doubted->header.stamp.toSec();
+    if (stamp_s == doubted_s) return true;  // Its twin confirms nothing.
+    const bool is_confirmed = std::abs(stamp_s - doubted_s) < std::abs(stamp_s - times.newest_s);
+    if (is_confirmed) (void)insert(*times.doubted, authority, times);
+    times.doubted.reset();
+  }
+  const bool leads = times.newest_s > 0.0 && stamp_s - times.newest_s > 0.5 * cache_s_;
+  if (!leads) return insert(tidy, authority, times);
+  times.doubted = tidy;
+  return true;
+}
+
+bool TfBuffer::insert(const geometry_msgs::TransformStamped& transform,
+                      const std::string& authority, Times& times) {
+  if (!tf2::BufferCore::setTransform(transform, authority, false)) return false;
+  noteTime(times, transform.header.stamp.toSec());
+  return true;
+}
+
+void TfBuffer::clear() {
+  tf2::BufferCore::clear();
+  const std::lock_guard<std::mutex> lock(mutex_);
+  times_.clear();
+}
+
+void TfBuffer::noteTime(Times& times, double stamp_s) const {
+  std::map<double, double>& ends_s = times.gap_ends_s;
+  const auto note_gap = [&](double begin_s, double end_s) {
+    if (end_s - begin_s > max_gap_s_) ends_s[begin_s] = end_s;
+  };
+  if (times.newest_s == 0.0) times.oldest_s = times.newest_s = stamp_s;
+  if (stamp_s >= times.newest_s) {
+    note_gap(times.newest_s, stamp_s);
+    times.newest_s = stamp_s;
+    times.oldest_s = std::max(times.oldest_s, stamp_s - cache_s_);
+    while (!ends_s.empty() && ends_s.begin()->second < times.oldest_s) ends_s.erase(ends_s.begin());
+    return;
+  }
+  if (stamp_s < times.oldest_s) {
+    note_gap(stamp_s, times.oldest_s);
+    times.oldest_s = stamp_s;
+    return;
+  }
+  // A late transform divides the gap that it lies in.
+  const auto after = ends_s.upper_bound(stamp_s);
+  if (after == ends_s.begin() || std::prev(after)->second < stamp_s) return;
+  const auto [begin_s, end_s] = *std::prev(after);
+  ends_s.erase(begin_s);
+  note_gap(begin_s, stamp_s);
+  note_gap(stamp_s, end_s);
+}
+
+std::vector<std::string> TfBuffer::findAncestors(const std::string& frame_id) const {
+  std::vector<std::string> frame_ids{withoutSlash(frame_id)};
+  std::string parent;
+  while (frame_ids.size() < MAX_GRAPH_DEPTH && _getParent(frame_ids.back(), ros::Time(), parent)) {
+    frame_ids.push_back(parent);
+  }
+  return frame_ids;
+}
+
+std::optional<TfGap> TfBuffer::findGap(const std::string& target, const std::string& source,
+                                       const ros::Time& stamp) const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const bool has_gaps = std::any_of(times_.begin(), times_.end(), [](const auto& item) {
+    return !item.second.gap_ends_s.empty();
+  });
+  if (!has_gaps || stamp.isZero()) return std::nullopt;
+  std::vector<std::string> frame_ids = findAncestors(source);
+  const std::vector<std::string> others = findAncestors(target);
+  // Frames of both play no part: the transforms above the last common one cancel out.
+  for (const std::string& frame_id : others) {
+    const auto same = std::find(frame_ids.begin(), frame_ids.end(), frame_id);
+    same == frame_ids.end() ? frame_ids.push_back(frame_id) : (void)frame_ids.erase(same);
+  }
+  const double stamp_s = stamp.toSec();
+  for (const std::string& frame_id : frame_ids) {
+    const auto times = times_.find(frame_id);
+    if (times == times_.end()) continue;
+    const auto after = times->second.gap_ends_s.lower_bound(stamp_s);
+    if (after == times->second.gap_ends_s.begin()) continue;
+    const auto [begin_s, end_s] = *std::prev(after);
+    if (stamp_s < end_s) return TfGap{frame_id, begin_s, end_s};
+  }
+  return std::nullopt;
+}
+
+TfReceiver::TfReceiver(ros::NodeHandle nh, TfBuffer& buffer)
+    : buffer_(buffer), latest_(ros::Time::now()) {
+  using Take = boost::function<void(const Event&)>;
+  subscriber_ = nh.subscribe<tf2_msgs::TFMessage>(
+      "/tf", kTfQueueSize, Take([this](const Event& event) { take(event, false); }));
+  static_subscriber_ = nh.subscribe<tf2_msgs::TFMessage>(
+      "/tf_static", kTfQueueSize, Take([this](const Event& event) { take(event, true); }));
+}
+
+void TfReceiver::take(const Event& event, bool is_static) {
+  const ros::Time now = ros::Time::now();
+  if (now.toSec() < latest_.toSec() - kMinJump_s) {
+    ROS_WARN_NAMED(kNodeName, "time has jumped back by %.1f s: the tf buffer is cleared",
+                   latest_.toSec() - now.toSec());
+    buffer_.clear();
+    moving_.clear();
+    latest_ = now;
+  }
+  latest_ = std::max(latest_, now);
+  for (const auto& transform : event.getConstMessage()->transforms) {
+    try {
+      buffer_.setTransform(transform, event.getPublisherName(), is_static);
+      if (!is_static) {
+        noteMove(transform, event.getPublisherName());
+      } else if (const std::string warning = statics_.note(transform, event.getPublisherName());
+                 !warning.empty()) {
+        ROS_WARN_STREAM_NAMED(kNodeName, warning);
+      }
+    } catch (const tf2::TransformException& exception) {
+      ROS_ERROR_STREAM_THROTTLE(10.0, "a transform of '" << transform.child_frame_id
+                                                         << "' is ignored: " << exception.what());
+    }
+  }
+}
+
+void TfReceiver::noteMove(const geometry_msgs::TransformStamped& transform,
+                          const std::string& publisher) {
+  Moving& frame = moving_[transform.child_frame_id];
+  const auto& position = transform.transform.translation;
+  frame.jumps.add(Eigen::Vector3d(position.x, position.y, position.z));
+  frame.publishers.insert(publisher);
+  if (frame.is_said || !frame.jumps.isSeen()) return;
+  frame.is_said = true;
+  ROS_WARN_STREAM_NAMED(kNodeName, "'" << transform.child_frame_id
+                                       << "' jumps to and fro between two places: its transforms "
+                                          "are of two runs, robots or publishers ("
+                                       << cuboid_mapping::join(frame.publishers, ", ")
+                                       << "). Clouds between them are misplaced: stop one of them");
+}
+
+}  // namespace cuboid_mapping_ros

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cuboid_mapping/ros/middleware/static_publishers.h"
+#include "cuboid_mapping/ros/middleware/to_and_fro.h"
+
+#include <geometry_msgs/TransformStamped.h>
+#include <ros/duration.h>
+#include <ros/message_event.h>
+#include <ros/node_handle.h>
+#include <ros/subscriber.h>
+#include <ros/time.h>
+#include <tf2/buffer_core.h>
+#include <tf2_msgs/TFMessage.h>
+
+#include <limits>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace cuboid_mapping_ros {
+
+/// A time without transforms of a frame.
+struct TfGap {
+  std::string frame_id;
+  double begin_s = 0.0;  ///< Last transform before it, ...
+  double end_s = 0.0;    ///< ... and the first one after it.
+};
+
+/// tf2's buffer, with the gaps that tf2 interpolates across, however long they are. Thread-safe.
+class TfBuffer : public tf2::BufferCore {
+ public:
+  /// @param max_gap_s  Shorter gaps are none; infinity: there are no gaps.
+  explicit TfBuffer(ros::Duration cache = ros::Duration(tf2::BufferCore::DEFAULT_CACHE_TIME),
+                    double max_gap_s = std::numeric_limits<double>::infinity())
+      : tf2::BufferCore(cache), cache_s_(cache.toSec()), max_gap_s_(max_gap_s) {}
+
+  /// As tf2's, also for rotations that were written with few digits; see tidyTransform(). A stamp that leads its frame's
+  /// newest by more than half of the cache holds when the frame's next one is near it: tf2 would forget the right
+  /// transforms, and refuse those to come.
+  bool setTransform(const geometry_msgs::TransformStamped& transform, const std::string& authority,
+                    bool is_static = false);
+  void clear();
+
+  void setMaxGap(double max_gap_s) { max_gap_s_ = max_gap_s; }
+  /// Time that it keeps.
+  [[nodiscard]] double cache_s() const { return cache_s_; }
+
+  /// The gap between two frames at a time, for which tf2 has a transform; nothing at time 0.
+  [[nodiscard]] std::optional<TfGap> findGap(const std::string& target, const std::string& source,
+                                             const ros::Time& stamp) const;
+
+  /// A frame and its ancestors, the root last.
+  [[nodiscard]] std::vector<std::string> findAncestors(const std::string& frame_id) const;
+
+ private:
+  /// Times of a moving frame.
+  struct Times {
+    double oldest_s = 0.0;
+    double newest_s = 0.0;
+    std::map<double, double> gap_ends_s;                     ///< Ends of the gaps, by their begins.
+    std::optional<geometry_msgs::TransformStamped> doubted;  ///< It leads, until the next one.
+  };
+
+  bool insert(const geometry_msgs::TransformStamped& transform, const std::string& authority,
+              Times& times);
+
+  void noteTime(Times& times, double stamp_s) const;
+  double cache_s_;
+  double max_gap_s_;
+  mutable std::mutex mutex_;
+  std::map<std::string, Times> times_;  ///< By child frame.
+};
+
+/// Fills a buffer from /tf and /tf_static. Clears it when the node's time jumps back by more than kMinJump_s:
+/// tf2_ros::TransformListener clears it at any step back, even if two /clock messages overtake each other.
+/// Thread rule: works in the queue of the node handle, which must have one thread.
+class TfReceiver {
+ public:
+  static constexpr double kMinJump_s = 1.0;
+
+  /// @param buffer  Must outlive this object.
+  TfReceiver(ros::NodeHandle nh, TfBuffer& buffer);
+  TfReceiver(const TfReceiver&) = delete;
+  TfReceiver& operator=(const TfReceiver&) = delete;
+
+ private:
+  using Event = ros::MessageEvent<const tf2_msgs::TFMessage>;
+
+  /// A moving frame, and who publishes its transforms.
+  struct Moving {
+    ToAndFro jumps;
+    std::set<std::string> publishers;
+    bool is_said = false;
+  };
+
+  void take(const Event& event, bool is_static);
+  /// Warns once if two runs, robots or publishers share the name of a frame.
+  void noteMove(const geometry_msgs::TransformStamped& transform, const std::string& publisher);
+
+  TfBuffer& buffer_;
+  std::map<std::string, Moving> moving_;
+  StaticPublishers statics_;
+  ros::Time latest_;  ///< Latest time of the node.
+  ros::Subscriber subscriber_;
+  ros::Subscriber static_subscriber_;
+};
+
+}  // namespace cuboid_mapping_ros
