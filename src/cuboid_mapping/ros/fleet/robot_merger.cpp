@@ -110,9 +110,10 @@ RobotMerger::RobotMerger(const ros::NodeHandle& nh, const ros::NodeHandle& askin
       map_(map),
       callbacks_(std::move(callbacks)),
       order_(parameters.fleet.merge_delay_s) {
-  const std::string progress =
+  const std::string earlier =
       map_.read([this](const CuboidMap& /*map*/) { return map_.progress(); });
-  order_.start(mergeProgressOfText(progress), mergeTime_s());
+  order_.start(mergeProgressOfText(earlier), mergeTime_s());
+  map_.setProgress([this] { return progress(); });
   for (const std::string& robot : parameters.fleet.robots) {
     subscribers_.push_back(
         subscribeTo<Observation>(nh, robot + '/' + kObservationsTopic, kObservationsKept,
@@ -124,6 +125,7 @@ RobotMerger::RobotMerger(const ros::NodeHandle& nh, const ros::NodeHandle& askin
 
 RobotMerger::~RobotMerger() {
   stopAsking();
+  map_.setProgress([text = progress()] { return text; });
   removePosted(*asking_nh_.getCallbackQueue(), this);
 }
 
@@ -180,20 +182,23 @@ void RobotMerger::apply(const RobotObservation& observation) {
     }
     map_.change(stampOf(observation), [&](CuboidMap& map) {
       auto changes = map.apply(observation.update);
-      map_.setProgress(noteApplied(observation));
+      noteApplied(observation);
       return changes;
     });
   } else {
-    (void)noteApplied(observation);
+    noteApplied(observation);
   }
   callbacks_.note(observation, !is_paused);
 }
 
-/// @return Progress of the map with it.
-std::string RobotMerger::noteApplied(const RobotObservation& observation) {
+std::string RobotMerger::progress() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return toText(order_.progress());
+}
+
+void RobotMerger::noteApplied(const RobotObservation& observation) {
   const std::lock_guard<std::mutex> lock(mutex_);
   order_.noteApplied(observation);
-  return toText(order_.progress());
 }
 
 void RobotMerger::ask() {

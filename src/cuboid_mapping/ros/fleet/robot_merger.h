@@ -44,7 +44,7 @@ class RobotMerger {
 
   /// @param nh  Handle of the thread that changes the map. @param asking_nh  Handle of threads that may wait
   /// for robots, one more than there are robots, so that a silent robot blocks no other. @param map  Must
-  /// outlive this object. Continues from GuardedMap::progress().
+  /// outlive this object. Continues from GuardedMap::progress(), which is the merger's from now on.
   /// @throws std::runtime_error  if that progress is invalid.
   RobotMerger(const ros::NodeHandle& nh, const ros::NodeHandle& asking_nh,
               const NodeParameters& parameters, GuardedMap& map, Callbacks callbacks);
@@ -66,7 +66,8 @@ class RobotMerger {
   void take(const Observation& message);
   void applyDue();
   void apply(const RobotObservation& observation);
-  std::string noteApplied(const RobotObservation& observation);
+  [[nodiscard]] std::string progress();
+  void noteApplied(const RobotObservation& observation);
   void ask();
   void askFor(const ObservationQuestion& question);
 

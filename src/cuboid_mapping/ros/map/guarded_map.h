@@ -13,6 +13,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -173,11 +174,11 @@ class GuardedMap {
   }
 
   /// State of the program that makes the map, kept with it: MapSnapshot::progress.
-  /// @pre Called by the work of change() or edit(), or of read().
-  ///@{
-  void setProgress(std::string progress) { progress_ = std::move(progress); }
-  [[nodiscard]] const std::string& progress() const { return progress_; }
-  ///@}
+  using Progress = std::function<std::string()>;
+  /// @param progress  Called where the map is saved. @pre Nobody else uses the map, or in the work of change() or edit().
+  void setProgress(Progress progress) { progress_ = std::move(progress); }
+  /// @pre Called by the work of read().
+  [[nodiscard]] std::string progress() const { return progress_ ? progress_() : ""; }
 
   /// Number of calls of replaceAll() and exchange(). @pre Called by the work of read().
   [[nodiscard]] std::uint64_t numReplaced() const { return num_replaced_; }
@@ -314,7 +315,7 @@ class GuardedMap {
   std::mutex edit_turn_;  ///< Held by the thread that edits, or undoes an edit.
   EditUndo undo_;         ///< Guarded like the map.
   ros::Time stamp_;       ///< Stamp of the last cloud in the map; 0 when there is none.
-  std::string progress_;
+  Progress progress_;
   std::mutex changes_mutex_;
   bool is_everything_changed_ = false;
   std::uint64_t changed_revision_ = 0;

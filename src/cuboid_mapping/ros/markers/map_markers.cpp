@@ -2,6 +2,9 @@
 #include "cuboid_mapping/ros/markers/map_markers.h"
 
 #include "cuboid_mapping/query/height_range.h"
+#include "cuboid_mapping/ros/parameters/parameter_table.h"
+
+#include <limits>
 
 namespace cuboid_mapping_ros {
 
@@ -41,6 +44,24 @@ void MapMarkers::updateColorSpan() {
   if (color_span_ && !isOtherSpan(span, *color_span_)) return;
   color_span_ = span;
   occupied_.setColorSpan(span);
+}
+
+std::vector<ParameterDeclaration> MapMarkers::declare() {
+  using P = NodeParameters;
+  return {
+      {"color_by", "",
+       choice<ColorBy>(&P::color_by,
+                       {{"height", ColorBy::kHeight}, {"probability", ColorBy::kProbability}}),
+       "Meaning of the colour of occupied cuboids."},
+      {"color_period", "m",
+       number(&P::color_period_m, 0.0, std::numeric_limits<double>::infinity()),
+       "With color_by: height, the height after which the colours repeat. 0: the colours run once, "
+       "from blue to red. The lowest and the highest 2 % of the map do not count."},
+      {"markers/joined", "", boolean(&P::markers_are_joined),
+       "true: occupied_cuboids and free_cuboids show cuboids joined across bricks, up to 64 voxels "
+       "long: walls as walls, not as tiles of 8 voxels. Reading the map for them then takes "
+       "longer. Clouds wait only during this reading."},
+  };
 }
 
 }  // namespace cuboid_mapping_ros

@@ -6,6 +6,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace cuboid_mapping_ros {
 
@@ -13,6 +14,9 @@ namespace cuboid_mapping_ros {
 class MapMarkers : public MapFeature {
  public:
   explicit MapMarkers(const MapHost& host);
+
+  [[nodiscard]] static std::vector<ParameterDeclaration> declare();
+
   [[nodiscard]] std::string name() const override { return "markers"; }
   void onChanges(const MapChanges& changes) override;
   void publish() override;

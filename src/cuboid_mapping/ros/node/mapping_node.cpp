@@ -94,7 +94,7 @@ MapHost MappingNode::makeHost() {
 
 void MappingNode::restore(const MapSnapshot& start_map) {
   map_.edit([&](CuboidMap& map) {
-    map_.setProgress(start_map.progress);
+    map_.setProgress([text = start_map.progress] { return text; });
     return restoreSnapshot(start_map, map);
   });
 }

@@ -110,17 +110,6 @@ std::vector<ParameterDeclaration> declareTopics() {
        "Time between two keyframes on topics that carry changes: occupied_cuboids, free_cuboids, "
        "cuboid_map, and the grids with updates. A keyframe has the whole content, for listeners "
        "that lost messages and for bags. The last change is followed by one more. 0: never."},
-      {"color_by", "",
-       choice<ColorBy>(&P::color_by,
-                       {{"height", ColorBy::kHeight}, {"probability", ColorBy::kProbability}}),
-       "Meaning of the colour of occupied cuboids."},
-      {"color_period", "m", number(&P::color_period_m, 0.0, kInfinity),
-       "With color_by: height, the height after which the colours repeat. 0: the colours run once, "
-       "from blue to red. The lowest and the highest 2 % of the map do not count."},
-      {"markers/joined", "", boolean(&P::markers_are_joined),
-       "true: occupied_cuboids and free_cuboids show cuboids joined across bricks, up to 64 voxels "
-       "long: walls as walls, not as tiles of 8 voxels. Reading the map for them then takes "
-       "longer. Clouds wait only during this reading."},
   };
 }
 

@@ -74,7 +74,7 @@ const std::vector<std::pair<Group, std::vector<std::string>>> kGroupKeys = {
       "keep_clouds/", "forget", "start_free", "merge/"}},
     {Group::kOutput,
      {"publish_", "latch", "keyframe_period", "color", "markers/", "robot_grid/", "occupancy_",
-      "min_x_size", "min_y_size", "projected_map", "filter_speckles", "height_map", "observation"}},
+      "min_x_size", "min_y_size", "filter_speckles", "height_map", "observation"}},
 };
 
 Group groupOf(const ParameterDeclaration& declaration) {
