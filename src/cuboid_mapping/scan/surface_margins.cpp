@@ -242,7 +242,7 @@ void SurfaceMargins::findNearest(int first_row, int num_rows) {
   std::fill(nearest_m_.begin(), nearest_m_.end(), kNone);
   std::vector<float> beside_m(kStride);
   for (int row = first_row; row < first_row + num_rows; ++row) {
-    const float* const ranges_m = &ranges_m_[static_cast<std::size_t>(row * kStride)];
+    const float* const ranges_m = ranges_m_.data() + std::ptrdiff_t{row} * kStride;
     std::fill(beside_m.begin(), beside_m.end(), kNone);
     for (int step = -kEdgeStep; step <= kEdgeStep; ++step) {
       for (int column = kMaxStep; column < kMaxStep + kColumns; ++column) {
@@ -252,7 +252,7 @@ void SurfaceMargins::findNearest(int first_row, int num_rows) {
       }
     }
     for (int step = -kEdgeStep; step <= kEdgeStep; ++step) {
-      float* const nearest_m = &nearest_m_[static_cast<std::size_t>((row + step) * kStride)];
+      float* const nearest_m = nearest_m_.data() + std::ptrdiff_t{row + step} * kStride;
       for (int column = kMaxStep; column < kMaxStep + kColumns; ++column) {
         nearest_m[column] = std::min(nearest_m[column], beside_m[static_cast<std::size_t>(column)]);
       }

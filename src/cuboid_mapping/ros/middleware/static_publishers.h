@@ -19,8 +19,9 @@ class StaticPublishers {
     for (const auto& [other, its] : frame.transforms) {
       if (frame.is_said || !differ(its, transform)) continue;
       frame.is_said = true;
-      return "'" + transform.child_frame_id + "' has different static transforms from " + other +
-             " and " + publisher + ": the last one holds. Stop one of them";
+      std::string warning = "'" + transform.child_frame_id;
+      warning.append("' has different static transforms from ").append(other).append(" and ");
+      return warning.append(publisher).append(": the last one holds. Stop one of them");
     }
     return "";
   }
