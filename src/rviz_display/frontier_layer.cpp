@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "frontier_layer.h"
 
+#include "cuboid_mapping/geometry/box_faces.h"
+
 #include <rviz/properties/int_property.h>
 #include <rviz/properties/vector_property.h>
 
@@ -38,7 +40,7 @@ Ogre::ColourValue colorOf(const Frontier& frontier) {
 CellBox inflate(const CellBox& box, double margin_m, const Grid& grid) {
   const double voxels = std::min(margin_m * grid.inverseResolution(), 1.0 * kViewedEdge);
   const auto by = static_cast<std::int32_t>(voxels) + 1;
-  return {box.min - Cell{by, by, by}, box.max + Cell{by, by, by}};
+  return dilate(box, {by, by, by});
 }
 
 FrontierPicture findAndDraw(const CuboidMap& map, const FrontierTask& task,

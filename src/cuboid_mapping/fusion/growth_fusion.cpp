@@ -199,8 +199,8 @@ class Grower {
 
   const GrowthRules& rules_;
   GrowingBricks& bricks_;
-  std::vector<CellBox>
-      fused_;                ///< Cuboids that have fused in this pass, also those absorbed since.
+  /// Cuboids that have fused in this pass, also those absorbed since.
+  std::vector<CellBox> fused_;
   std::vector<Cell> tried_;  ///< Cells in the masks `tried` of the bricks.
 };
 

@@ -122,13 +122,13 @@ class NearObstacles {
   }
 
   ObstacleCache& cache_;
-  Eigen::Vector3d corner_ =
-      Eigen::Vector3d::Zero();  ///< Corner of the window, which has whole bricks.
+  /// Corner of the window, which has whole bricks.
+  Eigen::Vector3d corner_ = Eigen::Vector3d::Zero();
   Eigen::Array3f middle_ = Eigen::Array3f::Zero();  ///< Middle of the window, from its corner.
   Eigen::Array3f half_ = Eigen::Array3f::Constant(-1.0F);  ///< Half the edges of the window.
   std::vector<Near> near_;
-  std::uint64_t generation_ =
-      0;      ///< Generation of the numbers in near_; other shapes trim the cache.
+  /// Generation of the numbers in near_; other shapes trim the cache.
+  std::uint64_t generation_ = 0;
   Cell met_;  ///< The obstacle that the last ball met: the next one often meets it, too.
   bool has_met_ = false;
   Eigen::Array3f free_center_ = Eigen::Array3f::Zero();  ///< Centre of a ball without an obstacle.

@@ -41,7 +41,7 @@ class SurfaceMargins {
   std::vector<float> ranges_m_;    ///< Range of the farthest end; 0: none.
   std::vector<float> elevations_;  ///< Elevation of that end, in rows.
   std::vector<float> shares_;
-  std::vector<float> nearest_m_;  ///< Range of the nearest end beside it; 0: none.
+  std::vector<float> nearest_m_;  ///< Range of the nearest end beside it; infinite: none.
   ///@}
 };
 
