@@ -189,8 +189,6 @@ const std::map<std::string, std::string>& retiredParameters() {
       {"query/max_bricks", kConstant + "; query/max_time limits calls"},
       {"query/max_entries", kConstant},
       {"query/max_answer", kConstant},
-      {"depth_unit", "write length_unit"},
-      {"point_unit", "write length_unit"},
       {"file_memory", "maps may take the memory of the machine: remove it"},
       {"projected_map_memory", kConstant + " (100 MB)"},
       {"window/margin", "it is a tenth of window/size: remove it"},

@@ -113,20 +113,36 @@ std::optional<XmlRpcValue> findValueOrLeftover(const XmlRpcValue& group,
   return is_taken ? leftover : value;
 }
 
+/// Sets the value of a declaration, if the group has one.
+void readValue(const XmlRpcValue& group, const ParameterDeclaration& declaration,
+               LoadedParameters& loaded) {
+  const auto value = findValueOrLeftover(group, declaration, loaded);
+  if (!value) return;
+  const std::string refusal = declaration.kind.set(loaded.parameters, *value);
+  if (refusal.empty()) {
+    warnOfSlash(declaration, *value, loaded);
+    return;
+  }
+  loaded.errors.push_back({declaration.key, "is " + describe(*value) + ", but must be " +
+                                                declaration.kind.allowed + ": " + refusal +
+                                                ", or remove it to get the default " +
+                                                formatValue(declaration, {})});
+}
+
 void readValues(const XmlRpcValue& group, bool is_source, LoadedParameters& loaded) {
   for (const ParameterDeclaration& declaration : parameterTable()) {
-    if (is_source && !declaration.kind.is_of_source) continue;
-    const auto value = findValueOrLeftover(group, declaration, loaded);
+    if (!is_source || declaration.kind.is_of_source) readValue(group, declaration, loaded);
+  }
+  const double unit_m = loaded.parameters.source.length_unit_m;
+  for (const ParameterDeclaration& old : oldUnits()) {
+    const auto value = findValue(group, old.key);
     if (!value) continue;
-    const std::string refusal = declaration.kind.set(loaded.parameters, *value);
-    if (refusal.empty()) {
-      warnOfSlash(declaration, *value, loaded);
-      continue;
-    }
-    loaded.errors.push_back({declaration.key, "is " + describe(*value) + ", but must be " +
-                                                  declaration.kind.allowed + ": " + refusal +
-                                                  ", or remove it to get the default " +
-                                                  formatValue(declaration, {})});
+    readValue(group, old, loaded);
+    loaded.warnings.push_back({old.key, "is " + describe(*value) + ": " + old.help});
+    if (unit_m == 0.0 || numberOf(*value) == unit_m) continue;
+    loaded.errors.push_back({old.key, "is " + describe(*value) +
+                                          ", but length_unit, its new name, is " +
+                                          formatNumber(unit_m) + ": remove one of them"});
   }
 }
 
@@ -155,7 +171,7 @@ void checkSets(LoadedParameters& loaded) {
 struct KnownKeys {
   std::vector<std::string> parameters;
   std::vector<std::string> groups;
-  std::set<std::string> leftovers;  ///< Parameters of octomap_server that were warned about.
+  std::set<std::string> leftovers;  ///< Those that were warned about.
 
   KnownKeys() {
     for (const ParameterDeclaration& declaration : parameterTable()) {
@@ -164,6 +180,7 @@ struct KnownKeys {
       if (slash != std::string::npos) groups.push_back(declaration.key.substr(0, slash));
       leftovers.insert(leftoverNameOf(declaration.key));
     }
+    for (const ParameterDeclaration& old : oldUnits()) leftovers.insert(old.key);
     for (const auto& [key, cure] : retiredParameters()) {
       if (const auto slash = key.find('/'); slash != std::string::npos) {
         groups.push_back(key.substr(0, slash));
