@@ -44,6 +44,7 @@ RowEvidence findEvidence(const std::string& bytes, const BinRow& row) {
   if (num_columns < 3 || num_rows == 0 || bytes.size() % row.num_bytes != 0) return evidence;
   std::vector<bool> are_whole(num_columns, true);
   std::size_t num_sane = 0;
+  std::size_t num_empty = 0;  ///< Points without return, NaN.
   double sum_m = 0.0;
   double change_m = 0.0;
   Eigen::Vector3d last = Eigen::Vector3d::Zero();
@@ -57,13 +58,14 @@ RowEvidence findEvidence(const std::string& bytes, const BinRow& row) {
     const auto is_sane = [](double v) {
       return v == 0.0 || (std::abs(v) > 1e-5 && std::abs(v) < 1e5);
     };
+    if (point.array().isNaN().all()) ++num_empty;
     if (!std::all_of(point.data(), point.data() + 3, is_sane)) continue;
     ++num_sane;
     sum_m += point.cwiseAbs().sum();
     if (i > 0) change_m += (point - last).cwiseAbs().sum();
     last = point;
   }
-  evidence.has_sense = 50 * num_sane >= 49 * num_rows;
+  evidence.has_sense = 50 * num_sane >= 49 * (num_rows - num_empty);
   evidence.has_integers =
       std::find(are_whole.begin() + 3, are_whole.end(), true) != are_whole.end();
   if (sum_m > 0.0) evidence.unrest = change_m / sum_m;
@@ -95,9 +97,32 @@ std::optional<BinRow> findRow(const std::string& bytes) {
   return best;
 }
 
-/// Transform from lidar to camera, since KITTI's poses are those of the camera; identity without the file.
-Eigen::Isometry3d readCalibration(const fs::path& file) {
+/// Whether poses drive along their own z axis, as those of a camera that looks ahead.
+bool areOfCamera(const std::vector<Eigen::Isometry3d>& poses) {
+  constexpr double kLeast_m = 1.0;
+  double length_m = 0.0;
+  double ahead_m = 0.0;
+  for (std::size_t i = 1; i < poses.size(); ++i) {
+    const Eigen::Vector3d step = poses[i].translation() - poses[i - 1].translation();
+    length_m += step.norm();
+    ahead_m += std::abs(step.dot(poses[i].linear().col(2)));
+  }
+  return length_m >= kLeast_m && ahead_m > 0.9 * length_m;
+}
+
+/// Transform from lidar to camera, since KITTI's poses are those of the camera. Without the file, they are those of the
+/// lidar: identity. @throws std::runtime_error if they cannot be.
+Eigen::Isometry3d readCalibration(const fs::path& file,
+                                  const std::vector<Eigen::Isometry3d>& poses) {
   std::ifstream in(file);
+  if (!in && areOfCamera(poses)) {
+    throw std::runtime_error(
+        "there is no " + file.string() +
+        ", and the poses drive along their z axis, as a camera's do: add the calib.txt of the "
+        "recording, whose 'Tr:' takes points from lidar to camera. If the lidar did drive so, "
+        "write "
+        "'Tr: 1 0 0 0 0 1 0 0 0 0 1 0' to it");
+  }
   if (!in) return Eigen::Isometry3d::Identity();
   // Odometry, object detection, tracking; the latter two also rectify.
   constexpr std::array<const char*, 5> kNames{"Tr", "Tr_velo_to_cam", "Tr_velo_cam", "Tr_velo2cam",
@@ -134,14 +159,16 @@ class BinScans : public ScanDataset {
  public:
   BinScans(const fs::path& folder, std::vector<fs::path> files, const BinRow& row)
       : files_(std::move(files)), row_(row) {
-    const Eigen::Isometry3d T_camera_sensor = readCalibration(folder / "calib.txt");
     const fs::path file = folder / "poses.txt";
     readLines(file, std::string("r11 r12 r13 tx r21 ... tz' or '") + kIndexedPose,
               [&](const std::vector<double>& numbers) {
                 const auto pose = toPose(numbers);
-                if (pose) poses_.push_back(T_camera_sensor.inverse() * *pose * T_camera_sensor);
+                if (pose) poses_.push_back(*pose);
                 return pose.has_value();
               });
+    const Eigen::Isometry3d T_camera_sensor = readCalibration(folder / "calib.txt", poses_);
+    for (Eigen::Isometry3d& pose : poses_)
+      pose = T_camera_sensor.inverse() * pose * T_camera_sensor;
     if (poses_.size() != files_.size()) {
       throw std::runtime_error(file.string() + " has " + std::to_string(poses_.size()) +
                                " poses, but there are " + std::to_string(files_.size()) +

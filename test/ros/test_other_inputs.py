@@ -288,9 +288,9 @@ class OtherInputsTest(InputCase):
         for number in range(2):
             np.array([[*ROW[0], 0.5], [*ROW[1], 0.5]], np.float32).tofile(
                 self.folder / f'drive/velodyne/{number:06}.bin')
-        (self.folder / 'drive/poses.txt').write_text('1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 0 0 1 0 0 0 0 1 1\n')
+        (self.folder / 'drive/poses.txt').write_text('1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 1 0 1 0 0 0 0 1 0\n')
         self.map_bags('drive', '--set', f'resolution={RESOLUTION_M}')
-        self.assertEqual(self.voxels('drive'), set(ROW[:2]) | {(x, y, 1.05) for x, y, _ in ROW[:2]})
+        self.assertEqual(self.voxels('drive'), set(ROW[:2]) | {(6.05, y, z) for _, y, z in ROW[:2]})
 
 
 if __name__ == '__main__':

@@ -158,10 +158,10 @@ class RecordingsTest(InputCase):
 
     # Data sets.
 
-    def write_drive(self, data, calibration=None):
+    def write_drive(self, data, calibration=None, name='000000.bin'):
         folder = self.folder / 'drive'
         (folder / 'velodyne').mkdir(parents=True, exist_ok=True)
-        data.tofile(folder / 'velodyne/000000.bin')
+        data.tofile(folder / 'velodyne' / name)
         (folder / 'poses.txt').write_text('1 0 0 0 0 1 0 0 0 0 1 0\n')
         (folder / 'calib.txt').unlink(missing_ok=True)
         if calibration is not None:
@@ -181,6 +181,9 @@ class RecordingsTest(InputCase):
                 self.map_bags('drive', *settings)
                 self.assertEqual(len(self.voxels('drive') - expected), 0)
                 self.assertEqual(len(self.voxels('drive')), count)
+        self.write_drive(np.r_[np.c_[wall, zero], np.full((400, 4), np.nan)].astype('<f4'))
+        self.map_bags('drive', *settings)
+        self.assertEqual(self.voxels('drive'), expected)
         rows = np.zeros(400, [('x', '<f4'), ('y', '<f4'), ('z', '<f4'), ('t', '<u4'), ('r', '<u2'), ('n', 'u1')])
         rows['x'], rows['y'], rows['z'] = wall.T
         rows['t'] = np.arange(400) * 1000
@@ -203,6 +206,18 @@ class RecordingsTest(InputCase):
         for calibration, words in ((cameras, 'has no transform from lidar to camera'), ('Tr: 1 2 3', "'Tr' and 12 numbers")):
             self.write_drive(points, calibration)
             self.assertIn(words, self.map_bags('drive', status=1))
+
+    def test_poses_of_a_camera_need_its_calibration(self):
+        start, ahead, lost = '1 0 0 0 0 1 0 0 0 0 1 0', '1 0 0 0 0 1 0 0 0 0 1 5', ' '.join(['0'] * 12)
+        for pose, words in ((ahead, "along their z axis, as a camera's do"), (lost, 'poses.txt:2: expected')):
+            for number in range(2):
+                self.write_drive(np.array([[5.05, 0.05, 0.05, 1.0]] * 4, np.float32), name=f'{number:06}.bin')
+            (self.folder / 'drive/poses.txt').write_text(f'{start}\n{pose}\n')
+            self.assertIn(words, self.map_bags('drive', status=1))
+        (self.folder / 'drive/poses.txt').write_text(f'{start}\n{ahead}\n')
+        (self.folder / 'drive/calib.txt').write_text(f'Tr: {start}\n')
+        self.map_bags('drive', '--set', f'resolution={RESOLUTION_M}')
+        self.assertEqual(self.voxels('drive'), {(5.05, 0.05, 0.05), (5.05, 0.05, 5.05)})
 
     # Places.
 
