@@ -218,21 +218,27 @@ ChosenSources checkSources(const BagTopics& topics, const NodeParameters& parame
 }  // namespace
 
 BagTopics::BagTopics(BagFiles& bags) {
+  std::map<std::pair<std::string, std::string>, std::size_t> counts;
   for (std::size_t number = 0; number < bags.size(); ++number) {
     rosbag::View view(bags[number]);
     for (const rosbag::ConnectionInfo* connection : view.getConnections()) {
-      topics_[withSlash(connection->topic)].datatype = connection->datatype;
+      const auto is_it = [id = connection->id](const auto* other) { return other->id == id; };
+      counts[{withSlash(connection->topic), connection->datatype}] +=
+          rosbag::View(bags[number], is_it).size();
     }
+  }
+  // Of two types under one name, that of more messages counts.
+  for (const auto& [key, count] : counts) {
+    BagTopic& topic = topics_[key.first];
+    if (!topic.datatype.empty() && count < topic.num_messages) continue;
+    topic.datatype = key.second;
+    topic.num_messages = count;
   }
   for (auto& [name, topic] : topics_) look(bags, name, topic);
 }
 
 void BagTopics::look(BagFiles& bags, const std::string& name, BagTopic& topic) const {
   using ros::message_traits::datatype;
-  for (std::size_t number = 0; number < bags.size(); ++number) {
-    topic.num_messages +=
-        rosbag::View(bags[number], rosbag::TopicQuery({name, name.substr(1)})).size();
-  }
   if (topic.datatype == datatype<sensor_msgs::PointCloud2>()) {
     topic.type = SourceType::kPointCloud;
     (void)readFirst<sensor_msgs::PointCloud2>(bags, name, topic);

@@ -224,6 +224,13 @@ class OtherInputsTest(InputCase):
         said = self.map_records([STATIC], status=1)
         self.assertIn('/tf_static', said)
 
+    def test_a_topic_has_the_type_of_most_of_its_messages(self):
+        write_bag(self.folder / 'good.bag', [STATIC] + clouds(make_cloud(ROW), make_cloud(ROW, 1.1)))
+        write_bag(self.folder / 'other.bag', [('/points', make_scan([3.0]), 2.0)])
+        for bags in (('good.bag', 'other.bag'), ('other.bag', 'good.bag')):
+            self.map_bags(*bags, '-o', 'both.cuboids', '--set', f'resolution={RESOLUTION_M}')
+            self.assertEqual(self.voxels('both'), set(ROW))
+
     def test_compressed_depth_images_give_the_map_of_the_images(self):
         depths = np.arange(1, 65536, 163, np.uint16)[:400].reshape(20, 20)  # Of all sizes.
         records = depth_of(depths, make_camera(20, 20, 20.0))
