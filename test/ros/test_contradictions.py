@@ -81,6 +81,10 @@ class ContradictionsTest(InputCase):
         self.expect_same(records, good, 'taken as millimetres')
         self.expect_node(records, type='depth_image')
         self.expect_same(records, good, '', '--set', 'length_unit=0.001')
+        self.expect_same(records, good, 'its name is length_unit now', '--set', 'depth_unit=0.001')
+        every_second = STEEP.astype(np.uint16).astype(np.float32)
+        every_second[::2] = np.nan
+        self.assertIn('taken as millimetres', self.map_records(depth_of(every_second, CAMERA)))
 
     def test_depths_that_no_camera_measures_are_refused(self):
         for depths, unit in ((STEEP.astype(np.float32) + 0.25, 0.001), (STEEP.astype(np.float32) / 4 + 0.3, 0.004),
@@ -109,6 +113,7 @@ class ContradictionsTest(InputCase):
         good.angle_min, good.angle_max, good.angle_increment = -math.pi / 2, math.pi / 2, math.pi / 180
         expected = [STATIC, ('/scan', good, 1.0)]
         for angles, words in (((-90.0, 90.0, 1.0), 'taken as degrees'),
+                              ((-90.0, 90.0, good.angle_increment), 'taken as degrees'),
                               ((good.angle_min, good.angle_max, 1.0), 'from angle_min to angle_max'),
                               ((good.angle_min, good.angle_max, math.nan), 'from angle_min to angle_max'),
                               ((good.angle_min, 2 * good.angle_max, good.angle_increment), 'the increment counts'),
@@ -162,6 +167,12 @@ class ContradictionsTest(InputCase):
         self.expect_same(unset, good, 'the middle of the image is taken')
         self.expect_node(unset, type='depth_image')
 
+    def test_a_focal_length_that_is_not_in_pixels_is_refused(self):
+        good = depth_of(STEEP.astype(np.uint16), CAMERA)
+        for focal_length in (0.9, -0.9, 1e-3):
+            good[1] = (good[1][0], make_camera(20, 20, focal_length), 1.0)
+            self.assertIn('in an image 20 wide', self.map_records(good, status=1))
+
     def test_an_image_is_of_depths_if_the_type_says_so(self):
         good = depth_of(STEEP.astype(np.uint16), CAMERA)
         other = depth_of(STEEP.astype(np.uint16), CAMERA)
@@ -195,6 +206,14 @@ class ContradictionsTest(InputCase):
             self.map_records(records)
             self.assertEqual(self.voxels(), set(ROW))
         self.expect_node(records)
+
+    def test_fields_that_are_not_those_of_the_data_are_refused(self):
+        same, doubles = make_cloud(ROW), make_cloud(ROW, kind='<f8')
+        for cloud, name, value, words in ((same, 'offset', 0, 'fields x and y overlap'),
+                                          (doubles, 'datatype', doubles.fields[0].FLOAT32, 'can be no lengths')):
+            for field in cloud.fields:
+                setattr(field, name, value)
+            self.assertIn(words, self.map_records([STATIC] + clouds(cloud), status=1))
 
     def test_a_format_of_png_alone_is_read(self):
         good = depth_of(STEEP.astype(np.uint16), CAMERA)

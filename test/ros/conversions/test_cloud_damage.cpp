@@ -156,9 +156,13 @@ void corrupt(PointCloud2& message, Random& random) {
     case 7: field.name = random.chance(0.5) ? "" : "y"; break;
     case 8: message.data.resize(random.index(message.data.size() + 1)); break;
     case 9: message.data.resize(message.data.size() + random.index(40)); break;
-    case 10:
-      for (std::uint8_t& byte : message.data) byte = static_cast<std::uint8_t>(random.bits());
+    case 10: {
+      const bool is_empty = random.chance(0.5);
+      for (std::uint8_t& byte : message.data) {
+        byte = is_empty ? 0 : static_cast<std::uint8_t>(random.bits());
+      }
       break;
+    }
     case 11: message.is_bigendian = static_cast<std::uint8_t>(random.bits()); break;
     default:
       // A consistent message with one huge number.

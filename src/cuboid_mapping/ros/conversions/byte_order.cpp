@@ -17,6 +17,7 @@ using sensor_msgs::Image;
 using sensor_msgs::PointCloud2;
 using sensor_msgs::PointField;
 
+/// The step of a sample is odd: every second row or point may be empty.
 constexpr std::size_t kSampledNumbers = 300;
 
 /// Whether the sender names the other order than that of this machine.
@@ -27,7 +28,8 @@ bool namesOtherOrder(const MessageT& message) {
 
 template <typename MessageT>
 ByteOrder makeOrder(const MessageT& message, bool is_contradicted) {
-  ByteOrder order{namesOtherOrder(message), ""};
+  ByteOrder order;
+  order.is_other = namesOtherOrder(message);
   if (!is_contradicted) return order;
   order.is_other = !order.is_other;
   order.warning = std::string("is_bigendian is ") + (message.is_bigendian != 0 ? "true" : "false") +
@@ -88,7 +90,7 @@ Depths readDepths(const Image& image, double unit_m, bool is_other_order) {
   if (row == 0) return depths;
   const std::uint64_t step = std::max<std::uint64_t>(image.step / pixel_bytes, row);
   const std::uint64_t num_rows = (num_pixels - row) / step + 1;
-  for (std::uint64_t y = 0; y < num_rows; y += num_rows / kSampledRows + 1) {
+  for (std::uint64_t y = 0; y < num_rows; y += num_rows / kSampledRows | 1U) {
     double last = 0.0;
     for (std::uint64_t x = 0; x < row; ++x) {
       const double number = readAs<std::uint16_t, std::uint16_t>(
@@ -114,7 +116,7 @@ ByteOrder findByteOrder(const PointCloud2& cloud) {
     if (field == nullptr || num_points == 0) continue;
     const bool is_double = field->datatype == PointField::FLOAT64;
     const std::uint64_t size = is_double ? sizeof(double) : sizeof(float);
-    for (std::uint64_t i = 0; i < num_points; i += num_points / kSampledNumbers + 1) {
+    for (std::uint64_t i = 0; i < num_points; i += num_points / kSampledNumbers | 1U) {
       const std::uint64_t offset =
           i / layout.width * layout.row_step + i % layout.width * layout.point_step + field->offset;
       if (offset + size > cloud.data.size()) break;
@@ -123,7 +125,9 @@ ByteOrder findByteOrder(const PointCloud2& cloud) {
                 : senses.note<float, std::uint32_t>(data, names_other_order);
     }
   }
-  return makeOrder(cloud, senses.contradict());
+  ByteOrder order = makeOrder(cloud, senses.contradict());
+  order.makes_sense = !senses.named.isLacking() || senses.other.isClear();
+  return order;
 }
 
 ByteOrder findByteOrder(const Image& image, double unit_m) {
@@ -131,7 +135,7 @@ ByteOrder findByteOrder(const Image& image, double unit_m) {
   if (image.encoding == sensor_msgs::image_encodings::TYPE_32FC1) {
     Senses senses;
     const std::size_t num_pixels = image.data.size() / sizeof(float);
-    for (std::size_t i = 0; i < num_pixels; i += num_pixels / kSampledNumbers + 1) {
+    for (std::size_t i = 0; i < num_pixels; i += num_pixels / kSampledNumbers | 1U) {
       senses.note<float, std::uint32_t>(image.data.data() + sizeof(float) * i, names_other_order);
     }
     return makeOrder(image, senses.contradict());

@@ -12,8 +12,9 @@ namespace cuboid_mapping_ros {
 
 /// Order in which the bytes of a message are read.
 struct ByteOrder {
-  bool is_other = false;  ///< Not the order of this machine.
-  std::string warning;    ///< Says that is_bigendian is wrong; else empty.
+  bool is_other = false;    ///< Not the order of this machine.
+  bool makes_sense = true;  ///< In one order, coordinates of a cloud could be lengths.
+  std::string warning;      ///< Says that is_bigendian is wrong; else empty.
 };
 
 /// The order that is_bigendian names, unless only the other one makes sense of the coordinates: most numbers lie

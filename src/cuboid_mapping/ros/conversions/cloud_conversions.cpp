@@ -67,6 +67,15 @@ std::optional<CloudError> checkLayout(const PointCloud2& message, const XyzField
                      "field " + field->name + " at offset " + std::to_string(field->offset) +
                          " reaches beyond point_step " + std::to_string(point_step));
   }
+  for (std::size_t i = 0; i < fields.size(); ++i) {
+    const PointField& next = *fields[(i + 1) % fields.size()];
+    if (fields[i]->offset + std::uint64_t{sizeOf(*fields[i])} <= next.offset ||
+        next.offset + std::uint64_t{sizeOf(next)} <= fields[i]->offset) {
+      continue;
+    }
+    return makeError(DropReason::kBadLayout, message,
+                     "fields " + fields[i]->name + " and " + next.name + " overlap");
+  }
   const std::uint64_t row_bytes = layout.width * point_step;
   if (layout.height > 1 && row_step < row_bytes) {
     return makeError(DropReason::kBadLayout, message,
@@ -269,6 +278,11 @@ ConvertedCloud convertCloud(const sensor_msgs::PointCloud2& message, const Cloud
   const XyzFields fields = findFields(message);
   if (auto error = checkCloud(message, fields)) return *error;
   const PointReader reader(message, fields, unitOf(options));
+  if (!reader.order().makes_sense) {
+    return makeError(DropReason::kBadLayout, message,
+                     "most of its coordinates can be no lengths, in either byte order: the offsets "
+                     "or datatypes of its fields are not those of its data");
+  }
   const PointJudge judge(options);
   const bool wants_no_returns = options.no_return_range_m > 0.0;
   CloudPoints cloud;

@@ -133,6 +133,13 @@ std::optional<CloudError> checkImage(const Image& image, const Pinhole& pinhole)
     return makeError(DropReason::kBadLayout, image, "its camera_info has no focal length",
                      "Calibrate the camera, or connect the camera_info of its driver");
   }
+  constexpr double kMaxWidth = 20.0;  ///< In focal lengths: 168 degrees.
+  if (image.width > kMaxWidth * std::abs(pinhole.fx)) {
+    return makeError(DropReason::kBadLayout, image,
+                     "its camera_info has a focal length of " + cuboid_mapping::toText(pinhole.fx) +
+                         " pixels, in an image " + std::to_string(image.width) + " wide",
+                     "Write K and P of camera_info in pixels");
+  }
   return std::nullopt;
 }
 
@@ -203,7 +210,8 @@ std::vector<double> sampleDepths(const Image& image, const DepthReader& reader) 
   constexpr std::size_t kSampledRows = 16;
   std::vector<double> depths_m(image.width);
   std::vector<double> sample_m;
-  for (std::size_t row = 0; row < image.height; row += image.height / kSampledRows + 1) {
+  for (std::size_t row = 0; row < image.height;
+       row += image.height / kSampledRows | 1U) {  // Odd: every second may be empty.
     reader.readRow(row, depths_m);
     std::copy_if(depths_m.begin(), depths_m.end(), std::back_inserter(sample_m), isPoint);
   }

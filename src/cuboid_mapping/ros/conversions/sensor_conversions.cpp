@@ -76,12 +76,18 @@ std::string correctAngles(LaserScan& scan) {
   const auto is_sane = [](double span) {
     return span != 0.0 && std::abs(span) <= 4.0 * M_PI + 1e-3;  // Not NaN.
   };
+  constexpr double kDegree = M_PI / 180.0;
   const double num_steps = static_cast<double>(scan.ranges.size()) - 1.0;
   const double span = static_cast<double>(scan.angle_increment) * num_steps;
   if (num_steps < 1.0) return "";
   const double limits = static_cast<double>(scan.angle_max) - static_cast<double>(scan.angle_min);
   if (is_sane(span)) {
     const double least = 0.1 * std::abs(span) + 3.0 * std::abs(span) / num_steps;
+    if (!is_sane(limits) && std::abs(span - kDegree * limits) <= least) {
+      scan.angle_min *= static_cast<float>(kDegree);
+      return "angle_min and angle_max are taken as degrees, since angle_increment is in radians. "
+             "Correct the driver";
+    }
     if (!is_sane(limits) || std::abs(span - limits) <= least) return "";
     return "angle_increment does not lead from angle_min to angle_max: the increment counts. "
            "Correct "
@@ -96,10 +102,9 @@ std::string correctAngles(LaserScan& scan) {
            cuboid_mapping::toText(static_cast<double>(scan.angle_increment)) +
            ", from angle_min to angle_max";
   }
-  constexpr float kDegree = static_cast<float>(M_PI / 180.0);
-  if (!is_sane(static_cast<double>(kDegree) * span)) return "";
-  scan.angle_min *= kDegree;
-  scan.angle_increment *= kDegree;
+  if (!is_sane(kDegree * span)) return "";
+  scan.angle_min *= static_cast<float>(kDegree);
+  scan.angle_increment *= static_cast<float>(kDegree);
   return contradiction + "the angles are taken as degrees";
 }
 
