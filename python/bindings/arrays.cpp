@@ -54,8 +54,14 @@ CellBox boxOfRow(const Grid& grid, const double* data, const std::string& name) 
 }  // namespace
 
 void requireRealNumbers(const py::handle& values) {
-  if (py::isinstance(values, py::module::import("numpy.ma").attr("MaskedArray"))) {
+  const py::object masked = py::module::import("numpy.ma").attr("MaskedArray");
+  const auto refuse_mask = [&masked](const py::handle& value) {
+    if (!py::isinstance(value, masked)) return;
     throw Error("an argument is a masked array: pass the values that are not masked, or fill it");
+  };
+  refuse_mask(values);
+  if (py::isinstance<py::list>(values) || py::isinstance<py::tuple>(values)) {
+    for (const py::handle row : values) refuse_mask(row);
   }
   const auto array = py::array::ensure(values);
   if (!array) return;

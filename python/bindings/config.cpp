@@ -30,8 +30,9 @@ class ConfigReader {
     const auto value = take(key);
     if (!value) return;
     const double given = py::isinstance<py::bool_>(value) ? NAN : PyFloat_AsDouble(value.ptr());
+    const bool is_number = PyErr_Occurred() == nullptr && !std::isnan(given);
     PyErr_Clear();  // The error for a value that is no number.
-    if (std::isnan(given)) return refuse(key, value, "a number");
+    if (!is_number) return refuse(key, value, "a number");
     field = given;
   }
 

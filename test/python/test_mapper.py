@@ -141,6 +141,7 @@ def test_beams_without_return_are_found_in_an_organized_cloud():
     (dict(points=[], origin=(0, 0)), r'origin must have the shape \(3,\)'),
     (dict(points=[], origin=(0, np.inf, 0)), 'origin must be finite'),
     (dict(points=np.ma.array([[1.0, 1.0, 1.0]], mask=[[True] * 3])), 'masked array'),
+    (dict(points=[np.ma.array([1.0, 1.0, 1.0], mask=True)]), 'masked array'),
     (dict(points=np.array([['1', '1', '1']])), 'the dtype <U1: its values must be real numbers'),
     (dict(points=[['1', '1', '1']]), 'must be real numbers'),
     (dict(points=np.ones((1, 3), complex)), 'complex128'),
@@ -164,6 +165,8 @@ def test_everything_that_is_wrong_with_a_configuration_is_said_at_once():
     for key in wrong:
         assert any(line.strip().startswith(key + ' is ') for line in lines), key
     assert "resolution is -1, but must be 0.001 to 100" in str(error.value)
+    with pytest.raises(ValueError, match="resolution is '0.1', but must be a number"):
+        cuboid_map.Mapper(resolution='0.1')
     with pytest.raises(ValueError, match='half of max_branches'):
         cuboid_map.Mapper(max_branches=4, min_branches=3)
 
