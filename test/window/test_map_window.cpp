@@ -64,6 +64,7 @@ struct Pair {
   void clear() {
     plain.clear();
     window->replaceAll([&] { return map.clear(); }, changes);
+    (void)window->save();
   }
 
   /// Voxels of store and memory as one map.

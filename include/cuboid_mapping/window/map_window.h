@@ -58,13 +58,27 @@ struct WindowFigures {
 ///
 /// `changes` gets the changed bricks, those of loaded and evicted pages too, also when a function throws.
 ///
-/// Const functions may run side by side, as those of the map; all others need exclusive access to both.
+/// fetch(), prepareCommit() and save() leave the disk's work to a time at which others read the map:
+///
+///     window.fetch(update);         // before admit()
+///     window.prepareCommit();       // before commit()
+///
+/// Without them, admit(), commit(), load() and edit() read and write themselves.
+///
+/// Thread rule: const functions may run side by side, as those of the map. fetch(), prepareCommit(), save(), saveSome()
+/// and saveHead() may run beside them, but not beside each other. All others need exclusive access to both.
 class MapWindow {
  public:
   /// @param store  A store with a head for OutsideWindow::kKeep; else null. @param map  Wholly in memory; all
   ///               of it counts as changed. Must outlive this object, and not move.
   /// @throws std::invalid_argument  for a bad size or margin, or a missing or needless store.
   MapWindow(const WindowConfig& config, std::unique_ptr<MapStore> store, CuboidMap& map);
+
+  /// Reads the pages that admit(), or load() or edit() of a box, will need, and cannot find in memory.
+  ///@{
+  void fetch(const ScanUpdate& update);
+  void fetch(const CellBox& box, std::size_t max_pages = std::numeric_limits<std::size_t>::max());
+  ///@}
 
   /// Begins a step: moves the window, and loads the pages that an update touches. Pages that cannot be read are
   /// counted in the figures.
@@ -73,6 +87,10 @@ class MapWindow {
   /// @complexity O(bricks of the update); O(pages in the store) when the window moves to other pages.
   [[nodiscard]] const ScanUpdate& admit(const ScanUpdate& update, const Eigen::Vector3d& center_map,
                                         ChangeSet& changes);
+
+  /// Reads the pages that commit() will prefetch, and writes those that it will evict. Failures are counted in the
+  /// figures.
+  void prepareCommit();
 
   /// Ends a step: makes the change, see CuboidMap::commit(); prefetches pages of the window, and evicts others. Failures
   /// of the store, and of memory after the change, are counted in the figures.
@@ -89,7 +107,7 @@ class MapWindow {
   /// @throws MapFileError  when a page cannot be read; `work` is not called then.
   void edit(const CellBox& box, FunctionRef<ChangeSet()> work, ChangeSet& changes);
 
-  /// Replaces the whole map, and the store. Errors of the store are counted in the figures.
+  /// Replaces the whole map. The next save() replaces the store.
   /// @param work  Replaces the map. Its exceptions are passed on: the pages are those of the map that it leaves.
   void replaceAll(FunctionRef<ChangeSet()> work, ChangeSet& changes);
 
@@ -103,6 +121,9 @@ class MapWindow {
   void load(const CellBox& box, ChangeSet& changes,
             std::size_t max_pages = std::numeric_limits<std::size_t>::max());
 
+  /// Lists the pages of the map anew, if work on the map has failed. save() and saveSome() do so, too, but then need
+  /// exclusive access.
+  void refresh();
   /// Writes all changes to the store, if there is one.
   /// @return Whether this succeeded; else the figures say why, and all stays in memory.
   bool save();
@@ -153,7 +174,12 @@ class MapWindow {
   /// countNotLoaded().
   template <typename VisitT>
   void forEachStored(const CellBox& box, const VisitT& visit) const;
+  [[nodiscard]] std::vector<Cell> storedIn(const CellBox& box, std::size_t max_pages) const;
+  void fetchPages(const std::vector<Cell>& pages);
+  [[nodiscard]] std::vector<VoxelBrick> readPage(const Cell& page) const;
   void loadPage(const Cell& page, ChangeSet& changes);
+  [[nodiscard]] bool isTurnToEvict() const;
+  [[nodiscard]] std::vector<Cell> dirtyOf(const std::vector<Cell>& pages) const;
   [[nodiscard]] std::vector<Cell> findEvictable() const;
   void evict(std::vector<Cell> pages, ChangeSet& changes);
   void markDirty(const ChangeSet& changes) noexcept;
@@ -164,8 +190,10 @@ class MapWindow {
 
   WindowConfig config_;
   CuboidMap& map_;
-  mutable std::mutex reading_;  ///< Guards concurrent reads of the store.
+  mutable std::mutex store_mutex_;  ///< Guards calls of the store.
   std::unique_ptr<MapStore> store_;
+  /// Bricks of pages among stored_ that fetch() has read.
+  std::unordered_map<Cell, std::vector<VoxelBrick>, CellHash> fetched_;
   Pages pages_;     ///< Pages in memory.
   PageSet stored_;  ///< Pages only in the store.
   /// Pages among these that could not be read, and the step of the last try.
@@ -182,7 +210,8 @@ class MapWindow {
       false;  ///< Pages of the map may lack in `pages_`, after a failure of memory.
   bool is_held_ = false;
   std::size_t num_loaded_now_ = 0;  ///< Pages loaded in this step.
-  WindowFigures figures_;
+  mutable std::mutex figures_mutex_;
+  WindowFigures figures_;  ///< Guarded.
 };
 
 }  // namespace cuboid_mapping

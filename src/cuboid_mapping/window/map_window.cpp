@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <iterator>
 #include <new>
 #include <stdexcept>
 #include <utility>
@@ -59,6 +60,7 @@ MapWindow::MapWindow(const WindowConfig& config, std::unique_ptr<MapStore> store
 
 /// Lists the pages of the map, all of them as changed.
 void MapWindow::listPages() {
+  fetched_.clear();
   for (auto& [page, state] : pages_) state.is_dirty = true;
   map_.voxels().forEach([this](const VoxelBrick& brick) {
     const Cell page = pageOf(brick.brick);
@@ -68,9 +70,35 @@ void MapWindow::listPages() {
   are_pages_stale_ = false;
 }
 
+void MapWindow::fetch(const ScanUpdate& update) {
+  if (store_ && !are_pages_stale_) fetchPages(findTouched(update));
+}
+
+void MapWindow::fetch(const CellBox& box, std::size_t max_pages) {
+  if (store_ && !are_pages_stale_) fetchPages(storedIn(box, max_pages));
+}
+
+/// Those that cannot be read are left to loadPage(), which says so.
+void MapWindow::fetchPages(const std::vector<Cell>& pages) {
+  fetched_.clear();
+  for (const Cell& page : pages) {
+    if (stored_.count(page) == 0 || isUnreadable(page)) continue;
+    try {
+      fetched_[page] = readPage(page);
+    } catch (const MapFileError&) {
+      return;
+    }
+  }
+}
+
+std::vector<VoxelBrick> MapWindow::readPage(const Cell& page) const {
+  const std::lock_guard<std::mutex> lock(store_mutex_);
+  return store_->read(page);
+}
+
 const ScanUpdate& MapWindow::admit(const ScanUpdate& update, const Eigen::Vector3d& center_map,
                                    ChangeSet& changes) {
-  if (are_pages_stale_) listPages();
+  refresh();
   ++step_;
   num_loaded_now_ = 0;
   changes.revision = map_.revision();
@@ -89,14 +117,29 @@ const ScanUpdate& MapWindow::admit(const ScanUpdate& update, const Eigen::Vector
   return admitted_;
 }
 
+void MapWindow::prepareCommit() {
+  if (!store_ || are_pages_stale_) return;
+  try {
+    const std::size_t num_left = kPagesAStep - std::min(kPagesAStep, num_loaded_now_);
+    const auto num_next = static_cast<std::ptrdiff_t>(std::min(ahead_.size(), num_left));
+    fetchPages({ahead_.end() - num_next, ahead_.end()});
+    if (isTurnToEvict()) (void)write(dirtyOf(findEvictable()));
+  } catch (const std::bad_alloc&) {  // commit() tries again.
+    noteFailure("there is not enough memory to load or evict pages");
+  }
+}
+
+bool MapWindow::isTurnToEvict() const {
+  return (!store_ || step_ % kStepsAWrite == 0) && !is_held_ && !are_pages_stale_;
+}
+
 void MapWindow::commit(CuboidMap::PendingChange& change, ChangeSet& changes) {
   const ChangeSet applied = map_.commit(change);
   markDirty(applied);
   changes.append(applied);
   try {
     prefetch(changes);
-    const bool is_turn = !store_ || step_ % kStepsAWrite == 0;
-    if (is_turn && !is_held_ && !are_pages_stale_) evict(findEvictable(), changes);
+    if (isTurnToEvict()) evict(findEvictable(), changes);
   } catch (const std::bad_alloc&) {  // The change is made; pages can come and go later.
     noteFailure("there is not enough memory to load or evict pages");
   }
@@ -170,7 +213,10 @@ void MapWindow::prefetch(ChangeSet& changes) {
 
 void MapWindow::loadPage(const Cell& page, ChangeSet& changes) {
   assert(pages_.count(page) == 0);
-  std::vector<VoxelBrick> bricks = store_->read(page);
+  const auto fetched = fetched_.find(page);
+  std::vector<VoxelBrick> bricks =
+      fetched == fetched_.end() ? readPage(page) : std::move(fetched->second);
+  if (fetched != fetched_.end()) fetched_.erase(fetched);
   pages_[page].last_use = step_;
   try {
     changes.append(map_.replace(std::move(bricks)));
@@ -184,6 +230,7 @@ void MapWindow::loadPage(const Cell& page, ChangeSet& changes) {
   ++num_loaded_now_;
 }
 
+/// The pages that commit() evicts at its turn.
 std::vector<Cell> MapWindow::findEvictable() const {
   const bool is_kept = config_.outside == OutsideWindow::kKeep;
   const std::vector<CellBox> locked = is_kept ? std::vector<CellBox>() : map_.lockedBoxes();
@@ -195,17 +242,22 @@ std::vector<Cell> MapWindow::findEvictable() const {
     if (!isAnyLocked(locked, page)) evictable.push_back(page);
   }
   std::sort(evictable.begin(), evictable.end());  // Makes the order independent of the table.
+  const std::size_t count = std::max(kPagesAStep, evictable.size() / kEvictedShare);
+  evictable.resize(std::min(evictable.size(), count));
   return evictable;
 }
 
+std::vector<Cell> MapWindow::dirtyOf(const std::vector<Cell>& pages) const {
+  std::vector<Cell> dirty;
+  std::copy_if(pages.begin(), pages.end(), std::back_inserter(dirty),
+               [this](const Cell& page) { return pages_.at(page).is_dirty; });
+  return dirty;
+}
+
 void MapWindow::evict(std::vector<Cell> pages, ChangeSet& changes) {
-  pages.resize(std::min(pages.size(), std::max(kPagesAStep, pages.size() / kEvictedShare)));
-  if (store_) {
+  if (store_ && !write(dirtyOf(pages))) {
     const auto is_dirty = [this](const Cell& page) { return pages_.at(page).is_dirty; };
-    const auto first_dirty = std::stable_partition(
-        pages.begin(), pages.end(), [&](const Cell& page) { return !is_dirty(page); });
-    const std::vector<Cell> dirty(first_dirty, pages.end());
-    if (!write(dirty)) pages.erase(first_dirty, pages.end());
+    pages.erase(std::remove_if(pages.begin(), pages.end(), is_dirty), pages.end());
   }
   for (const Cell& page : pages) {
     if (store_) stored_.insert(page);
@@ -229,6 +281,7 @@ bool MapWindow::write(const std::vector<Cell>& pages) {
   if (step_ < next_write_) return false;
   const auto bricks_of = [this](const Cell& page) { return map_.voxels().copyIn(pageBox(page)); };
   try {
+    const std::lock_guard<std::mutex> lock(store_mutex_);
     if (is_store_stale_) {
       store_->replaceAll(headOf(map_, *store_), pages, bricks_of);
     } else {
@@ -240,12 +293,16 @@ bool MapWindow::write(const std::vector<Cell>& pages) {
     return false;
   }
   is_store_stale_ = false;
-  figures_.num_writes += pages.size();
+  {
+    const std::lock_guard<std::mutex> lock(figures_mutex_);
+    figures_.num_writes += pages.size();
+  }
   for (const Cell& page : pages) pages_.at(page).is_dirty = false;
   return true;
 }
 
 void MapWindow::noteFailure(const char* text) noexcept {
+  const std::lock_guard<std::mutex> lock(figures_mutex_);
   ++figures_.num_failures;
   try {
     figures_.last_failure = text;
@@ -279,14 +336,18 @@ std::size_t MapWindow::countNotLoaded(const CellBox& box) const {
   return count;
 }
 
-void MapWindow::load(const CellBox& box, ChangeSet& changes, std::size_t max_pages) {
-  if (are_pages_stale_) listPages();
-  changes.revision = map_.revision();
+std::vector<Cell> MapWindow::storedIn(const CellBox& box, std::size_t max_pages) const {
   std::vector<Cell> pages;
   forEachStored(box, [&](const Cell& page) {
     if (pages.size() < max_pages) pages.push_back(page);
   });
-  for (const Cell& page : pages) loadPage(page, changes);
+  return pages;
+}
+
+void MapWindow::load(const CellBox& box, ChangeSet& changes, std::size_t max_pages) {
+  refresh();
+  changes.revision = map_.revision();
+  for (const Cell& page : storedIn(box, max_pages)) loadPage(page, changes);
 }
 
 void MapWindow::edit(const CellBox& box, FunctionRef<ChangeSet()> work, ChangeSet& changes) {
@@ -330,7 +391,6 @@ void MapWindow::replaceAll(FunctionRef<ChangeSet()> work, ChangeSet& changes) {
   ahead_.clear();
   is_store_stale_ = store_ != nullptr;
   listPages();
-  (void)save();
 }
 
 std::vector<Cell> MapWindow::findDirty() const {
@@ -341,9 +401,13 @@ std::vector<Cell> MapWindow::findDirty() const {
   return dirty;
 }
 
+void MapWindow::refresh() {
+  if (are_pages_stale_) listPages();
+}
+
 bool MapWindow::saveSome() {
   if (!store_) return false;
-  if (are_pages_stale_) listPages();
+  refresh();
   std::vector<Cell> dirty = findDirty();
   if (dirty.size() <= kPagesAStep) {
     (void)save();
@@ -356,11 +420,12 @@ bool MapWindow::saveSome() {
 
 bool MapWindow::save() {
   if (!store_) return true;
-  if (are_pages_stale_) listPages();
+  refresh();
   const std::vector<Cell> dirty = findDirty();
   next_write_ = step_;
   if (!dirty.empty() || !is_store_stale_) return write(dirty);
   try {  // An empty map.
+    const std::lock_guard<std::mutex> lock(store_mutex_);
     store_->replaceAll(headOf(map_, *store_), {}, {});
     is_store_stale_ = false;
   } catch (const MapFileError& error) {
@@ -371,8 +436,7 @@ bool MapWindow::save() {
 
 void MapWindow::addStored(const Cell& page, const SnapshotLimits& limits,
                           MapSnapshot& snapshot) const {
-  const std::lock_guard<std::mutex> lock(reading_);
-  for (VoxelBrick& brick : store_->read(page)) snapshot.bricks.push_back(std::move(brick));
+  for (VoxelBrick& brick : readPage(page)) snapshot.bricks.push_back(std::move(brick));
   if (snapshot.bricks.size() <= limits.max_bricks) return;
   throw MapFileError(MapFileDefect::kTooBig, store_->file() + " has more than " +
                                                  std::to_string(limits.max_bricks) +
@@ -382,6 +446,7 @@ void MapWindow::addStored(const Cell& page, const SnapshotLimits& limits,
 void MapWindow::saveHead() {
   if (!store_) return;
   try {
+    const std::lock_guard<std::mutex> lock(store_mutex_);
     MapSnapshot head = headOf(map_, *store_);
     if (store_->head()) head.progress = store_->head()->progress;
     store_->setHead(head);
@@ -391,7 +456,9 @@ void MapWindow::saveHead() {
 }
 
 WindowFigures MapWindow::figures() const {
+  std::unique_lock<std::mutex> lock(figures_mutex_);
   WindowFigures figures = figures_;
+  lock.unlock();
   figures.num_in_memory = pages_.size();
   figures.num_on_disk_only = stored_.size();
   return figures;

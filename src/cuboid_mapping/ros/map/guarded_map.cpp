@@ -24,6 +24,7 @@ void GuardedMap::integrate(const ros::Time& stamp, const ScanUpdate& update,
   const Changing changing(change_);
   const auto& admitted = window_ ? admit(update, window_center_map) : update;
   auto pending = map_.prepare(admitted, model);  // Destroyed last, when the map is free again.
+  if (window_) window_->prepareCommit();
   {
     const WriteLock alone(mutex_);
     noteGathered([&](ChangeSet& changes) {
@@ -42,7 +43,6 @@ void GuardedMap::exchange(MapCorrection& correction) {
   history_->whole().finish(correction);  // Nobody changes the map; others read it.
   CuboidMap& corrected = correction.map();
   followSensorModel(map_, corrected);
-  const WriteLock alone(mutex_);
   replaceWhole([&] {
     map_.setLocked(corrected.lockedBoxes());
     return map_.exchange(corrected);
@@ -82,6 +82,7 @@ std::optional<std::size_t> GuardedMap::undoEdit() {
 /// The part of an update that the window admits; its pages are loaded.
 const ScanUpdate& GuardedMap::admit(const ScanUpdate& update,
                                     const Eigen::Vector3d& window_center_map) {
+  window_->fetch(update);
   const WriteLock alone(mutex_);
   const ScanUpdate* admitted = nullptr;
   noteGathered([&](ChangeSet& changes) {
@@ -106,7 +107,9 @@ std::optional<CellBox> GuardedMap::regionOfSearch() const {
 void GuardedMap::load(const CellBox& box) {
   const PageHold come_back = hold();
   while (countNotLoaded(box) > 0) {
-    const ChangeLock lock(*this);
+    const Changing changing(change_);
+    window_->fetch(box, MapWindow::kPagesAStep);
+    const WriteLock alone(mutex_);
     noteGathered([&](ChangeSet& changes) { window_->load(box, changes, MapWindow::kPagesAStep); });
   }
 }
@@ -121,13 +124,17 @@ void GuardedMap::save() {
   if (!window_) return;
   constexpr int kMaxTurns = 100000;  // Clouds change the map meanwhile.
   for (int turn = 0; turn < kMaxTurns; ++turn) {
-    const ChangeLock lock(*this);
+    const Changing changing(change_);
+    {
+      const WriteLock alone(mutex_);
+      window_->refresh();
+    }
     if (!window_->saveSome()) return;
   }
 }
 
 void GuardedMap::saveHead() {
-  const ChangeLock lock(*this);
+  const Changing changing(change_);
   if (window_) window_->saveHead();
 }
 

@@ -41,8 +41,8 @@ void followSensorModel(const CuboidMap& map, CuboidMap& fresh);
 
 /// A map that one thread fills while others read it. Thread-safe.
 ///
-/// A writer has exclusive access for milliseconds, to commit a cloud or to fuse some bricks. Readers
-/// share it, and see the last committed change. They continue while the change of a cloud is computed.
+/// A writer has exclusive access for milliseconds, to commit a cloud. Readers share it, and see the last committed
+/// change. They continue while the change of a cloud is computed, and while pages of a window are read or written.
 /// Many small changes or many readers starve nobody, and a long reader blocks no other reader:
 /// see PhaseFairMutex.
 class GuardedMap {
@@ -84,7 +84,9 @@ class GuardedMap {
   ///         loaded.
   template <typename WorkT>
   void editIn(const CellBox& box, const WorkT& work, const CellBox& whole = {}) {
-    const ChangeLock lock(*this);
+    const Changing changing(change_);
+    if (window_) window_->fetch(box);
+    const WriteLock alone(mutex_);
     const auto edit = [&] { return call(work, map_, std::as_const(stamp_)); };
     if (window_) {
       noteGathered([&](ChangeSet& changes) { window_->edit(box, edit, changes); });
@@ -98,7 +100,7 @@ class GuardedMap {
   /// @param work  (CuboidMap&) or (CuboidMap&, ros::Time& stamp) -> ChangeSet.
   template <typename WorkT>
   void replaceAll(const WorkT& work) {
-    const ChangeLock lock(*this);
+    const Changing changing(change_);
     replaceWhole([&] { return call(work, map_, stamp_); });
     if (history_) history_->restart(map_);
   }
@@ -288,13 +290,17 @@ class GuardedMap {
       throw;
     }
   }
-  /// @param work  () -> ChangeSet.
+  /// @param work  () -> ChangeSet. @pre This thread holds change_.
   template <typename WorkT>
   void replaceWhole(const WorkT& work) {
-    ++num_replaced_;
-    undo_.clear();
-    if (!window_) return noteChangesOf(work);
-    noteGathered([&](ChangeSet& changes) { window_->replaceAll(work, changes); });
+    {
+      const WriteLock alone(mutex_);
+      ++num_replaced_;
+      undo_.clear();
+      if (!window_) return noteChangesOf(work);
+      noteGathered([&](ChangeSet& changes) { window_->replaceAll(work, changes); });
+    }
+    (void)window_->save();
   }
   void note(const ChangeSet& changes);
   void noteEdit(const CellBox& box, const CellBox& whole) {
