@@ -1,15 +1,22 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Node and nodelet with bad parameters: they report the errors, and do not start.
+#include "cuboid_mapping/QueryBox.h"
+#include "cuboid_mapping/io/map_files.h"
 #include "ros/log_probe.h"
+#include "tools/run_program.h"
 
 #include <nodelet/NodeletList.h>
 #include <nodelet/NodeletLoad.h>
 #include <ros/service.h>
 #include <std_srvs/Empty.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <array>
 #include <cstdio>
+#include <filesystem>
+#include <fstream>
 #include <string>
 #include <vector>
 
@@ -112,6 +119,33 @@ TEST(BadParameters, TheNodeletFailsToLoadAndLoadsOnceTheyAreRight) {
   nh.deleteParam("publish_rat");
   EXPECT_TRUE(loadNodelet("/bad_nodelet"));
   EXPECT_TRUE(ros::service::waitForService("/bad_nodelet/query_box", ros::Duration(kDeadline_s)));
+}
+
+TEST(StartMaps, TheManagerDoesNotWaitForAMapFile) {
+  ASSERT_TRUE(ros::service::waitForService("/manager/load_nodelet", ros::Duration(kDeadline_s)));
+  const cuboid_mapping::test::TemporaryFolder folder;
+  const std::string file = folder / "map.cuboids";
+  const std::string pipe = folder / "pipe";
+  // Who opens a pipe to read waits for a writer.
+  ASSERT_EQ(mkfifo(file.c_str(), 0600), 0);
+  ASSERT_EQ(link(file.c_str(), pipe.c_str()), 0);
+  ros::NodeHandle("/slow_nodelet").setParam("map_file", file);
+  EXPECT_TRUE(loadNodelet("/slow_nodelet"));
+  ros::NodeHandle("/lost_nodelet").setParam("map_file", folder / "none.cuboids");
+  EXPECT_FALSE(loadNodelet("/lost_nodelet")) << "there is no such file";
+  EXPECT_FALSE(ros::service::exists("/slow_nodelet/query_box", false));
+
+  cuboid_mapping::CuboidMap map(cuboid_mapping::MapConfig{});
+  const cuboid_mapping::CellBox box{{0, 0, 0}, {8, 8, 8}};
+  (void)map.replace(box, {{box, 1.0F}});
+  (void)saveMap(map, folder / "ready.cuboids", "map");
+  std::filesystem::rename(folder / "ready.cuboids", file);
+  std::ofstream(pipe) << "-";
+  ASSERT_TRUE(ros::service::waitForService("/slow_nodelet/query_box", ros::Duration(kDeadline_s)));
+  cuboid_mapping::QueryBox query;
+  query.request.max.x = query.request.max.y = query.request.max.z = 0.4;
+  ASSERT_TRUE(ros::service::call("/slow_nodelet/query_box", query));
+  EXPECT_EQ(query.response.occupancy, cuboid_mapping::QueryBox::Response::OCCUPIED);
 }
 
 TEST(BadParameters, TheLoaderOfANodeletEnds) {

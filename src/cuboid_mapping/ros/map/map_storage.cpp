@@ -243,23 +243,34 @@ std::string describeRefusal(const Eigen::Isometry3d& T_target_map, double resolu
   return text.str();
 }
 
-std::optional<MapSnapshot> readStartMap(NodeParameters& parameters) {
+StartMap findStartMap(const NodeParameters& parameters) {
   // Only a store keeps the list of merged observations.
   const bool is_whole = parameters.fleet.robots.empty() || isSqliteFile(parameters.autosave_file);
-  const bool goes_on = is_whole && !parameters.window.keeps() && hasMap(parameters.autosave_file);
-  const std::string& name = goes_on ? parameters.autosave_file : parameters.map_file;
-  if (name.empty()) return std::nullopt;
-  MapFile file = readFileWithin(name, parameters.map.resolution_m, parameters.source.sensor_model,
-                                limitsOfMachine());
-  if (goes_on) {
+  if (is_whole && !parameters.window.keeps() && hasMap(parameters.autosave_file)) {
+    return {parameters.autosave_file, true};
+  }
+  std::error_code ignored;
+  if (parameters.map_file.empty() || std::filesystem::exists(parameters.map_file, ignored)) {
+    return {parameters.map_file, false};
+  }
+  throw MapFileError(MapFileDefect::kInaccessible,
+                     "cannot read " + parameters.map_file + ": No such file or directory");
+}
+
+std::optional<MapSnapshot> readStartMap(NodeParameters& parameters) {
+  const StartMap start = findStartMap(parameters);
+  if (start.file.empty()) return std::nullopt;
+  MapFile file = readFileWithin(start.file, parameters.map.resolution_m,
+                                parameters.source.sensor_model, limitsOfMachine());
+  if (start.is_autosave) {
     const std::string error =
-        compareResolutions(file.snapshot.resolution_m, parameters.map.resolution_m, name);
+        compareResolutions(file.snapshot.resolution_m, parameters.map.resolution_m, start.file);
     if (!error.empty()) {
       throw MapFileError(MapFileDefect::kForeign, error + "; or name another autosave_file");
     }
   }
   parameters.map.resolution_m = file.snapshot.resolution_m;
-  parameters.is_autosave_read = goes_on;
+  parameters.is_autosave_read = start.is_autosave;
   return std::move(file.snapshot);
 }
 

@@ -115,9 +115,15 @@ struct LoadPlacement {
 [[nodiscard]] std::string describeRefusal(const Eigen::Isometry3d& T_target_map,
                                           double resolution_m);
 
-/// The map of `autosave_file`, if it exists; else that of `map_file`, whose resolution becomes that of the
-/// parameters, as in octomap_server. Nothing if there is none. Sets `is_autosave_read`.
-/// @throws MapFileError naming the file; for an autosave_file of another resolution, too.
+/// Source of the map at the start.
+struct StartMap {
+  std::string file;  ///< Empty: none.
+  bool is_autosave = false;
+};
+/// `autosave_file`, if it exists; else `map_file`. Reads no map. @throws MapFileError  if it is missing.
+[[nodiscard]] StartMap findStartMap(const NodeParameters& parameters);
+/// The map of findStartMap(). The resolution of `map_file` becomes that of the parameters, as in octomap_server. Sets
+/// `is_autosave_read`. @throws MapFileError naming the file; for an autosave_file of another resolution, too.
 [[nodiscard]] std::optional<MapSnapshot> readStartMap(NodeParameters& parameters);
 
 /// Text such as "3 parts of the map, of 64 x 64 x 64 voxels", for pages.

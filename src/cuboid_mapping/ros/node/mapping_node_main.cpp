@@ -76,7 +76,9 @@ int main(int argc, char** argv) {
   }
   for (const int signal : {SIGTERM, SIGHUP}) endWithRosAt(signal);
   const boost::function<boost::shared_ptr<nodelet::Nodelet>(const std::string&)> make =
-      [](const std::string& /*type*/) { return boost::make_shared<MappingNodelet>(); };
+      [](const std::string& /*type*/) {
+        return boost::make_shared<MappingNodelet>(MappingNodelet::Process::kOwn);
+      };
   nodelet::Loader loader(make);
   // Remappings of the command line already hold for the whole process.
   if (!loader.load(ros::this_node::getName(), cuboid_mapping_ros::kMappingNodeletType, {},

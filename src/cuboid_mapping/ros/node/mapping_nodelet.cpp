@@ -32,28 +32,42 @@ NodeParameters loadGoodParameters(const ros::NodeHandle& private_nh) {
 
 }  // namespace
 
-MappingNodelet::MappingNodelet() = default;
-MappingNodelet::~MappingNodelet() = default;
+MappingNodelet::MappingNodelet(Process process) : process_(process) {}
+
+MappingNodelet::~MappingNodelet() {
+  if (starting_.joinable()) starting_.join();
+}
 
 void MappingNodelet::onInit() {
   try {
-    start();
+    NodeParameters parameters = loadGoodParameters(getPrivateNodeHandle());
+    // The command line may name a map to start from, as for octomap_server_node. It does not go
+    // through the parameter server, where it would stay for the next node of this name.
+    if (getMyArgv().size() == 1) parameters.map_file = getMyArgv().front();
+    const auto differences = toDifferenceLines(parameters, {}, "default");
+    for (const std::string& line : differences) NODELET_INFO_STREAM(line);
+    for (const std::string& line : toSourceLines(parameters)) NODELET_INFO_STREAM(line);
+    if (differences.empty()) NODELET_INFO("all parameters have their default values");
+    for (const std::string& line : toLogLines(parameters)) NODELET_DEBUG_STREAM(line);
+    const std::string file = findStartMap(parameters).file;
+    if (process_ == Process::kOwn || file.empty()) return start(parameters);
+    NODELET_INFO_STREAM("starts when " << file << " is read");
+    starting_ = std::thread([this, parameters] {
+      try {
+        start(parameters);
+      } catch (const std::exception& exception) {
+        NODELET_FATAL_STREAM("not started: " << exception.what());
+      } catch (...) {
+        NODELET_FATAL("not started, for an unknown reason");
+      }
+    });
   } catch (const std::exception& exception) {
     NODELET_FATAL_STREAM("not started: " << exception.what());
     throw;  // The nodelet manager reports that it has failed, but not why.
   }
 }
 
-void MappingNodelet::start() {
-  NodeParameters parameters = loadGoodParameters(getPrivateNodeHandle());
-  // The command line may name a map to start from, as for octomap_server_node. It does not go
-  // through the parameter server, where it would stay for the next node of this name.
-  if (getMyArgv().size() == 1) parameters.map_file = getMyArgv().front();
-  const auto differences = toDifferenceLines(parameters, {}, "default");
-  for (const std::string& line : differences) NODELET_INFO_STREAM(line);
-  for (const std::string& line : toSourceLines(parameters)) NODELET_INFO_STREAM(line);
-  if (differences.empty()) NODELET_INFO("all parameters have their default values");
-  for (const std::string& line : toLogLines(parameters)) NODELET_DEBUG_STREAM(line);
+void MappingNodelet::start(NodeParameters parameters) {
   const double resolution_m = parameters.map.resolution_m;
   const auto start_map = readStartMap(parameters);
   if (parameters.is_autosave_read) {

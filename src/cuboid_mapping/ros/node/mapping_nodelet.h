@@ -4,24 +4,35 @@
 #include <nodelet/nodelet.h>
 
 #include <memory>
+#include <thread>
 
 namespace cuboid_mapping_ros {
 
 class MappingNode;
+struct NodeParameters;
 
 /// MappingNode as a nodelet.
 class MappingNodelet : public nodelet::Nodelet {
  public:
-  MappingNodelet();
+  /// Process in which the nodelet runs.
+  enum class Process : unsigned char {
+    kShared,  ///< Its manager also loads others, which do not wait for a map file.
+    kOwn      ///< It ends if the map file cannot be read.
+  };
+  explicit MappingNodelet(Process process = Process::kShared);
+  /// Waits for a map file that is being read.
   ~MappingNodelet() override;
 
  private:
   /// An argument is the map_file. @throws std::exception  if the node cannot start, with the reason in the log:
-  /// the manager then does not load the nodelet, and its loader ends.
+  /// the manager then does not load the nodelet, and its loader ends. In a shared process, a map file is read
+  /// afterwards, and only the log says if that fails. Topics and services come with the map.
   void onInit() override;
-  void start();
+  void start(NodeParameters parameters);
 
+  Process process_;
   std::unique_ptr<MappingNode> node_;
+  std::thread starting_;
 };
 
 }  // namespace cuboid_mapping_ros
