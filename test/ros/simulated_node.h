@@ -49,9 +49,10 @@ class PlainReplay {
 class SimulatedNode {
  public:
   explicit SimulatedNode(const NodeParameters& parameters)
-      : map_(makeMapConfig(parameters)),
+      : parameters_(parameters),
+        map_(makeMapConfig(parameters)),
         sources_(makeSources(parameters)),
-        clouds_(makeCloudLimits(parameters), makeCallbacks(parameters)),
+        clouds_(makeCloudLimits(parameters), makeCallbacks()),
         replay_(parameters) {
     inserted_.reserve(1000);
   }
@@ -76,7 +77,8 @@ class SimulatedNode {
   }
 
   void setParameters(const NodeParameters& parameters) {
-    clouds_.setSearch(makeSearch(parameters));
+    parameters_ = parameters;
+    clouds_.searchAgain();
     sources_ = makeSources(parameters);
     edit([&](CuboidMap& map) { return map.setSensorModel(parameters.source.sensor_model); });
     replay().setParameters(parameters);
@@ -122,15 +124,11 @@ class SimulatedNode {
     CloudPoses poses;
   };
 
-  CloudQueue::FindPoses makeSearch(const NodeParameters& parameters) {
-    return [this, parameters](const SensorMessage& cloud, const Slices& slices) {
-      return findPoses(tf_, PoseFrames(parameters, parameters.source), cloud.header(), slices);
-    };
-  }
-
-  CloudQueue::Callbacks makeCallbacks(const NodeParameters& parameters) {
+  CloudQueue::Callbacks makeCallbacks() {
     CloudQueue::Callbacks callbacks;
-    callbacks.find_poses = makeSearch(parameters);
+    callbacks.find_poses = [this](const SensorMessage& cloud, const Slices& slices) {
+      return findPoses(tf_, PoseFrames(parameters_, parameters_.source), cloud.header(), slices);
+    };
     callbacks.drop = [this](std::size_t, DropReason reason, const std::string&) {
       ++statistics_.numDropped(reason);
     };
@@ -171,6 +169,7 @@ class SimulatedNode {
     inserted_.push_back({cloud, poses});
   }
 
+  NodeParameters parameters_;
   GuardedMap map_;
   std::vector<std::unique_ptr<Source>> sources_;
   NodeStatistics statistics_;

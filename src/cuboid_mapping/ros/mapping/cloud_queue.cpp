@@ -67,9 +67,8 @@ void CloudQueue::put(const SensorMessage& cloud) {
   wake_.notify_one();
 }
 
-void CloudQueue::setSearch(FindPoses find_poses) {
+void CloudQueue::searchAgain() {
   const std::lock_guard<std::mutex> lock(mutex_);
-  callbacks_.find_poses = std::move(find_poses);
   for (Source& source : sources_) {
     for (Entry& entry : source.ready) {
       entry.search = PoseSearch();

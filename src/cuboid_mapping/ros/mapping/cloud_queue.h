@@ -56,13 +56,11 @@ struct PosedCloud {
 /// tf2_ros::MessageFilter does not know the poses of points during a sweep, of the robot's parts, and of the
 /// window, and does not say why a cloud waits.
 ///
-/// Thread rule: put(), setSearch() and stop() from any thread; the rest in the mapping thread.
+/// Thread rule: put(), searchAgain() and stop() from any thread; the rest in the mapping thread.
 class CloudQueue {
  public:
-  using FindPoses = std::function<PoseSearch(const SensorMessage& cloud, const Slices& slices)>;
-
   struct Callbacks {
-    FindPoses find_poses;
+    std::function<PoseSearch(const SensorMessage& cloud, const Slices& slices)> find_poses;
     /// Called once for each cloud; see SensorStep.
     std::function<Slices(const SensorMessage& cloud)> find_slices = [](const SensorMessage&) {
       return Slices();
@@ -89,7 +87,7 @@ class CloudQueue {
   /// Takes a cloud; drops it if there is no memory for it.
   void put(const SensorMessage& cloud);
   /// Asks tf again for all clouds, for example after a change of the needed frames.
-  void setSearch(FindPoses find_poses);
+  void searchAgain();
   /// Ends waitNext(), for good.
   void stop();
 

@@ -65,12 +65,14 @@ void CloudReceiver::setParameters(const NodeParameters& parameters) {
     const std::lock_guard<std::mutex> lock(frames_mutex_);
     frames_ = framesOf(parameters);
   }
-  queue_.setSearch(makeSearch(parameters));
+  queue_.searchAgain();
 }
 
 CloudQueue::Callbacks CloudReceiver::queueCallbacks(const NodeParameters& parameters) {
   CloudQueue::Callbacks callbacks;
-  callbacks.find_poses = makeSearch(parameters);
+  callbacks.find_poses = [this](const SensorMessage& cloud, const Slices& slices) {
+    return search(cloud.source, cloud.header(), slices);
+  };
   std::vector<std::shared_ptr<const SensorSteps>> steps;
   std::vector<std::string> names;
   for (const SourceParameters& source : sourcesOf(parameters)) {
@@ -89,23 +91,21 @@ CloudQueue::Callbacks CloudReceiver::queueCallbacks(const NodeParameters& parame
   return callbacks;
 }
 
-CloudQueue::FindPoses CloudReceiver::makeSearch(const NodeParameters& parameters) const {
-  return [this, frames = framesOf(parameters)](const SensorMessage& cloud, const Slices& slices) {
-    return findPoses(tf_, frames.at(cloud.source), cloud.header(), slices);
-  };
+PoseSearch CloudReceiver::search(std::size_t source, const std_msgs::Header& header,
+                                 const Slices& slices) const {
+  const std::lock_guard<std::mutex> lock(frames_mutex_);
+  return findPoses(tf_, frames_.at(source), header, slices);
 }
 
-LastCloud CloudReceiver::describeLastCloud(const CloudLedger::Figures& figures) {
+LastCloud CloudReceiver::describeLastCloud(const CloudLedger::Figures& figures) const {
   LastCloud cloud;
   cloud.frame_id = figures.last_header.frame_id;
   cloud.has_stamp = !figures.last_header.stamp.isZero();
   // ros::Duration would throw beyond 2^31 s.
   cloud.age_s = figures.last_arrival.toSec() - figures.last_header.stamp.toSec();
-  const std::lock_guard<std::mutex> lock(frames_mutex_);
-  const PoseSearch search =
-      findPoses(tf_, frames_.at(figures.last_source), figures.last_header, {});
-  cloud.tf_error = search.why;
-  cloud.tf_lead_s = search.lead_s;
+  const PoseSearch of_cloud = search(figures.last_source, figures.last_header, {});
+  cloud.tf_error = of_cloud.why;
+  cloud.tf_lead_s = of_cloud.lead_s;
   return cloud;
 }
 

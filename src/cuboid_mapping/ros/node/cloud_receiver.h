@@ -49,15 +49,16 @@ class CloudReceiver {
 
  private:
   [[nodiscard]] CloudQueue::Callbacks queueCallbacks(const NodeParameters& parameters);
-  [[nodiscard]] CloudQueue::FindPoses makeSearch(const NodeParameters& parameters) const;
-  [[nodiscard]] LastCloud describeLastCloud(const CloudLedger::Figures& figures);
+  [[nodiscard]] PoseSearch search(std::size_t source, const std_msgs::Header& header,
+                                  const Slices& slices) const;
+  [[nodiscard]] LastCloud describeLastCloud(const CloudLedger::Figures& figures) const;
 
   GuardedThread thread_;
   ros::NodeHandle nh_;  ///< Callbacks come from the thread.
   bool has_clouds_;
   CloudLedger& ledger_;
   NodeSources sources_;
-  std::mutex frames_mutex_;
+  mutable std::mutex frames_mutex_;
   std::vector<PoseFrames> frames_;  ///< Of the sources, with the current parameters. Guarded.
   TfBuffer tf_;
   CloudQueue queue_;
