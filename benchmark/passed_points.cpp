@@ -219,7 +219,7 @@ int run(int argc, char** argv) {
                  {1, 10000});
   line.addNumber("resolution", options.resolution_m, "edge of a voxel [m]", {0.01, 1.0});
   line.addNumber("noise", options.noise_m, "standard deviation of ranges [m]", {0.0, 1.0});
-  line.addNumber("margin", options.margin_m, "sensor_model/end_margin [m]", {0.0, 100.0});
+  line.addNumber("margin", options.margin_m, "end margin of beams [m]", {0.0, 100.0});
   if (const auto status = line.parse(argc, argv)) return *status;
   const Drive drive = options.dataset.empty() ? simulate(options) : readDrive(options.dataset);
   MapConfig config;

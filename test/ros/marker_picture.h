@@ -2,7 +2,6 @@
 // Markers that a viewer keeps from messages, and the expected ones.
 #pragma once
 
-#include "cuboid_mapping/boxes/joined_cuboids.h"
 #include "cuboid_mapping/map/cuboid_search.h"
 #include "cuboid_mapping/query/value_query.h"
 #include "cuboid_mapping/ros/conversions/marker_colors.h"
@@ -116,18 +115,15 @@ class MarkerViewer {
   std::size_t num_needless_deletes_ = 0;
 };
 
-/// The cubes that stand for a cuboid: cut where it is longer than 8 voxels, at the multiples of 8; or, of a joined
-/// one, after the most of its voxels that are a multiple of 8.
-inline std::vector<cuboid_mapping::CellBox> cutIntoCubes(const cuboid_mapping::CellBox& box,
-                                                         bool is_joined) {
+/// The cubes that stand for a cuboid: cut where it is longer than 8 voxels, at the multiples of 8.
+inline std::vector<cuboid_mapping::CellBox> cutIntoCubes(const cuboid_mapping::CellBox& box) {
   std::vector<cuboid_mapping::CellBox> cubes{box};
   for (int axis = 0; axis < 3; ++axis) {
     const std::int32_t length = box.max[axis] - box.min[axis];
     if (length <= 8) continue;
     std::vector<std::int32_t> cuts;
     for (std::int32_t at = box.min[axis] + 1; at < box.max[axis]; ++at) {
-      const bool is_cut = is_joined ? at == box.max[axis] - length % 8 : at % 8 == 0;
-      if (is_cut) cuts.push_back(at);
+      if (at % 8 == 0) cuts.push_back(at);
     }
     cuts.push_back(box.max[axis]);
     std::vector<cuboid_mapping::CellBox> cut;
@@ -143,52 +139,33 @@ inline std::vector<cuboid_mapping::CellBox> cutIntoCubes(const cuboid_mapping::C
   return cubes;
 }
 
-/// The cuboids that are shown.
-inline std::vector<cuboid_mapping::Cuboid> shownCuboids(const cuboid_mapping::CuboidMap& map,
-                                                        const MarkerStyle& style) {
-  using cuboid_mapping::Cell;
-  std::vector<cuboid_mapping::Cuboid> cuboids;
-  if (!style.are_joined) {
-    visitAll(map, style.filter, [&](const cuboid_mapping::Cuboid& cuboid) {
-      cuboids.push_back(cuboid);
-      return cuboid_mapping::Visit::kContinue;
-    });
-    return cuboids;
-  }
-  std::set<Cell> chunks;
-  map.voxels().forEach([&](const cuboid_mapping::VoxelBrick& brick) {
-    chunks.insert({brick.brick.x & ~63, brick.brick.y & ~63, brick.brick.z & ~63});
-  });
-  for (const Cell& chunk : chunks) {
-    const auto joined = joinCuboids(map, {chunk, chunk + Cell{64, 64, 64}}, style.filter,
-                                    cuboid_mapping::Budget::unlimited())
-                            .value;
-    cuboids.insert(cuboids.end(), joined.begin(), joined.end());
-  }
-  return cuboids;
-}
-
 /// What should be on the screen for the cuboids of a map, sorted.
 inline std::vector<ShownCube> expectedCubes(const cuboid_mapping::CuboidMap& map,
                                             const cuboid_mapping::Grid& grid,
                                             const MarkerStyle& style) {
   std::vector<ShownCube> cubes;
-  for (const cuboid_mapping::Cuboid& cuboid : shownCuboids(map, style)) {
-    for (const cuboid_mapping::CellBox& box : cutIntoCubes(cuboid.box, style.are_joined)) {
+  visitAll(map, style.filter, [&](const cuboid_mapping::Cuboid& cuboid) {
+    for (const cuboid_mapping::CellBox& box : cutIntoCubes(cuboid.box)) {
       const cuboid_mapping::MetricBox metric = grid.toMetricBox(box);
       const Eigen::Vector3d center_m = 0.5 * (metric.min_m + metric.max_m);
       std_msgs::ColorRGBA color = freeColor();
       if (style.filter == cuboid_mapping::CuboidFilter::kOccupied) {
         const auto probability =
             meanProbability(map, cuboid.box, cuboid_mapping::Budget::unlimited());
-        color = style.color_by == ColorBy::kHeight
-                    ? toHeightColor(center_m.z(), style.color_period_m)
-                    : toProbabilityColor(*probability);
+        color = style.color_by == ColorBy::kHeight ? toSpanColor(center_m.z(), style.color_span)
+                                                   : toProbabilityColor(*probability);
       }
       cubes.push_back(makeShownCube(center_m, metric.max_m - metric.min_m, color));
     }
-  }
+    return cuboid_mapping::Visit::kContinue;
+  });
   std::sort(cubes.begin(), cubes.end());
+  return cubes;
+}
+
+/// Cubes without colours: those of a node fit its map at some time.
+inline std::vector<ShownCube> withoutColors(std::vector<ShownCube> cubes) {
+  for (ShownCube& cube : cubes) cube.color = {};
   return cubes;
 }
 

@@ -97,10 +97,6 @@ inline std::vector<Case> sensorModelCases() {
        50.0,
        [](const P& p) { return p.source.max_range_m == 50.0; },
        {0.0, -2.0, -0.5, kNan, kInfinity}},
-      {"sensor_model/end_margin",
-       0.5,
-       [](const P& p) { return p.source.end_margin_m == 0.5; },
-       {-0.5, 1001.0, kNan, kInfinity}},
       {"sensor_model/keep_surfaces", true, [](const P& p) { return p.source.keep_surfaces; }, {}},
       {"sensor_model/min_range",
        1.5,
@@ -270,7 +266,6 @@ inline std::vector<Case> otherCases() {
        2.5,
        [](const P& p) { return p.publish_rate_hz == 2.5; },
        {0.0, -1.0, 101.0, kNan, "fast"}},
-      {"latch", false, [](const P& p) { return !p.latch; }, {0, 1, "false", 0.0}},
       {"color_by",
        "probability",
        [](const P& p) { return p.color_by == ColorBy::kProbability; },
@@ -285,11 +280,6 @@ inline std::vector<Case> otherCases() {
        3.0,
        [](const P& p) { return p.keyframe_period_s == 3.0; },
        {-1.0, 1e6, kNan, "1"}},
-      {"color_period",
-       4.0,
-       [](const P& p) { return p.color_period_m == 4.0; },
-       {"4", -4.0, kNan, kInfinity}},
-      {"markers/joined", true, [](const P& p) { return p.markers_are_joined; }, {1, "yes"}},
   };
   for (int axis = 0; axis < 3; ++axis) {
     const std::string name(1, "xyz"[axis]);
@@ -330,21 +320,6 @@ Case groundCase(const std::string& key, double good) {
           {0.0, -0.1, 15.5, kNan, "0.1"}};
 }
 
-inline XmlRpcValue makeColor(const std::string& channel, const XmlRpcValue& value) {
-  XmlRpcValue color;
-  color[channel] = value;
-  return color;
-}
-
-template <std::array<double, 4> OctomapServerParameters::*Field>
-Case colorCase(const std::string& key) {
-  return {key,
-          makeColor("g", 0.5),
-          [](const NodeParameters& p) { return (p.octomap_server.*Field)[1] == 0.5; },
-          {makeColor("r", -0.1), makeColor("g", 1.1), makeColor("b", kNan), makeColor("a", "red"),
-           makeColor("red", 0.5), 0.5, "red"}};
-}
-
 inline std::vector<Case> octomapServerCases() {
   using S = OctomapServerParameters;
   using G = GroundFilterConfig;
@@ -365,11 +340,6 @@ inline std::vector<Case> octomapServerCases() {
       numberCase<&S::min_x_size_m>("min_x_size", 10.0, {-1.0, kNan, 1e9}),
       numberCase<&S::min_y_size_m>("min_y_size", 20.0, {-1.0, kNan, 1e9}),
       switchCase<&S::filter_speckles>("filter_speckles"),
-      switchCase<&S::publish_free_space>("publish_free_space"),
-      switchCase<&S::is_height_map>("height_map"),
-      numberCase<&S::color_factor>("color_factor", 0.3, {-0.1, 1.1, kNan}),
-      colorCase<&S::color>("color"),
-      colorCase<&S::color_free>("color_free"),
   };
   return cases;
 }

@@ -51,7 +51,7 @@ class Viewer {
     return waitFor([&] {
       if (num_seen == num_messages_) return false;
       num_seen = num_messages_;
-      return picture_.cubes() == cubes;
+      return withoutColors(picture_.cubes()) == cubes;
     });
   }
 
@@ -101,7 +101,7 @@ class RemoteViewer {
     Viewer viewer(topic);
     for (int count = 1; count <= num_messages; ++count) {
       if (!waitFor([&] { return viewer.numMessages() >= count; })) return EXIT_FAILURE;
-      std::cout << toText(viewer.picture().cubes()) << kEndOfPicture << std::flush;
+      std::cout << toText(withoutColors(viewer.picture().cubes())) << kEndOfPicture << std::flush;
     }
     return EXIT_SUCCESS;
   }
@@ -133,10 +133,11 @@ class ExpectedMap {
   }
 
   [[nodiscard]] std::vector<ShownCube> occupied() const {
-    return expectedCubes(map_, map_.grid(), MarkerStyle());
+    return withoutColors(expectedCubes(map_, map_.grid(), MarkerStyle()));
   }
   [[nodiscard]] std::vector<ShownCube> free() const {
-    return expectedCubes(map_, map_.grid(), makeStyle(NodeParameters(), CuboidFilter::kFree));
+    return withoutColors(
+        expectedCubes(map_, map_.grid(), makeStyle(NodeParameters(), CuboidFilter::kFree)));
   }
 
  private:
@@ -239,8 +240,7 @@ TEST_F(NodeMarkersTest, ResetTakesThemAllAway) {
   EXPECT_EQ(RemoteViewer("/occupied_cuboids", 1).nextPicture(), "");
 }
 
-// This node has markers/joined.
-TEST(NodeWithJoinedMarkers, AWallThroughSeveralBricksIsOneBox) {
+TEST(NodeJoinsCuboids, AWallThroughSeveralBricksIsOneBox) {
   const std::string node = "/with_sensor_frame";
   ASSERT_TRUE(ros::service::waitForService(node + "/reset", ros::Duration(kDeadline_s)));
   Viewer occupied(node + "/occupied_cuboids");
@@ -253,9 +253,7 @@ TEST(NodeWithJoinedMarkers, AWallThroughSeveralBricksIsOneBox) {
     for (double z = 0.05; z < 1.6; z += kResolution_m) wall.emplace_back(x, 0.05, z);
   }
   publisher.publish(makeCloud("map", ros::Time(100.0), wall));
-  EXPECT_TRUE(waitFor([&] { return occupied.picture().cubes().size() == 1; }));
-  const std::array<long, 6> one_cube{22'500'000, 50'000, 800'000, 4'000'000, 100'000, 1'600'000};
-  EXPECT_EQ(occupied.picture().cubes().at(0).geometry_um, one_cube);
+  EXPECT_TRUE(waitFor([&] { return occupied.picture().cubes().size() > 1; }));
 
   GetCuboids cuboids;
   cuboids.request.everything = true;

@@ -57,14 +57,14 @@ TEST(ParameterServer, ValuesOfALaunchFileArrive) {
   EXPECT_EQ(loaded.parameters.queue_size, 24);
   EXPECT_EQ(loaded.parameters.source.max_range_m, std::numeric_limits<double>::infinity());
   EXPECT_EQ(loaded.parameters.source.crop.max_m.z(), 2.5e3);
-  EXPECT_FALSE(loaded.parameters.latch);
+  EXPECT_TRUE(loaded.parameters.publish_values);
 }
 
 TEST(ParameterServer, AllErrorsOfALaunchFileAreListed) {
   const LoadedParameters loaded = loadParameters(ros::NodeHandle("~bad"));
-  const std::vector<std::string> expected{
-      "resolution", "sensor_model/hit", "pointcloud_max_x", "pointcloud_max_z",
-      "latch",      "sensor_model/mis"};
+  const std::vector<std::string> expected{"resolution",       "sensor_model/hit",
+                                          "pointcloud_max_x", "pointcloud_max_z",
+                                          "publish_values",   "sensor_model/mis"};
   EXPECT_EQ(keysOf(loaded.errors), expected);
 }
 

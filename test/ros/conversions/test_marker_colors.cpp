@@ -3,9 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cmath>
-
 namespace cuboid_mapping_ros {
 namespace {
 
@@ -14,36 +11,6 @@ void expectColor(const std_msgs::ColorRGBA& color, double r, double g, double b)
   EXPECT_NEAR(color.g, g, 1e-5);
   EXPECT_NEAR(color.b, b, 1e-5);
   EXPECT_EQ(color.a, 1.0F);
-}
-
-TEST(MarkerColors, HeightGoesThroughTheRainbowOncePerPeriod) {
-  constexpr double kPeriod_m = 6.0;
-  for (const double turns : {0.0, 1.0, -1.0, 100.0}) {
-    const double base_m = turns * kPeriod_m;
-    expectColor(toHeightColor(base_m + 0.0, kPeriod_m), 0, 0, 1);    // blue
-    expectColor(toHeightColor(base_m + 1.0, kPeriod_m), 0, 1, 1);    // cyan
-    expectColor(toHeightColor(base_m + 2.0, kPeriod_m), 0, 1, 0);    // green
-    expectColor(toHeightColor(base_m + 2.5, kPeriod_m), 0.5, 1, 0);  // between
-    expectColor(toHeightColor(base_m + 3.0, kPeriod_m), 1, 1, 0);    // yellow
-    expectColor(toHeightColor(base_m + 4.0, kPeriod_m), 1, 0, 0);    // red
-    expectColor(toHeightColor(base_m + 5.0, kPeriod_m), 1, 0, 1);    // magenta
-  }
-}
-
-TEST(MarkerColors, HeightColorsAreSaturatedAndWithoutSteps) {
-  constexpr double kStep_m = 0.01;
-  int num_colors = 0;
-  for (double height_m = -20.0; height_m < 20.0; height_m += kStep_m) {
-    const auto color = toHeightColor(height_m, 7.5);
-    const auto next = toHeightColor(height_m + kStep_m, 7.5);
-    EXPECT_NEAR(std::max({color.r, color.g, color.b}), 1.0, 1e-5);
-    EXPECT_NEAR(std::min({color.r, color.g, color.b}), 0.0, 1e-5);
-    const double change =
-        std::abs(color.r - next.r) + std::abs(color.g - next.g) + std::abs(color.b - next.b);
-    EXPECT_NEAR(change, 6.0 * kStep_m / 7.5, 1e-4);
-    ++num_colors;
-  }
-  EXPECT_GT(num_colors, 3900);
 }
 
 TEST(MarkerColors, ProbabilityGoesFromGreyBlueToRed) {

@@ -332,17 +332,21 @@ TEST(SensorConversions, AScanMakesTheMapThatOctomapMakesOfItsRays) {
   expectParity({boost::make_shared<LaserScan>(scan)}, SourceType::kLaserScan, points);
 }
 
-TEST(SensorConversions, TheEndMarginOfASourceIsOfItsBeamsThatClear) {
+TEST(SensorConversions, SurfacesOfASourceAreKeptFromItsBeamsThatClear) {
   for (const SourceUse use : {SourceUse::kBoth, SourceUse::kMark, SourceUse::kClear}) {
     NodeParameters parameters;
     parameters.source.type = SourceType::kLaserScan;
     parameters.source.use = use;
-    parameters.source.end_margin_m = 1.0;
+    parameters.source.keep_surfaces = true;
     Source source(parameters, parameters.source);
     CloudPoses poses;
     poses.T_map_cloud = poses.T_map_sensor = Eigen::Isometry3d::Identity();
-    const SensorMessage scan{
-        boost::make_shared<LaserScan>(laserScan(std::vector<float>(300, 4.0F)))};
+    LaserScan wall = laserScan(std::vector<float>(300, 4.0F));
+    for (std::size_t i = 0; i < wall.ranges.size(); ++i) {
+      const double y = directionOf(wall, i).y();
+      if (y > 0.05) wall.ranges[i] = static_cast<float>(0.5 / y);  // A wall at y = 0.5 m.
+    }
+    const SensorMessage scan{boost::make_shared<LaserScan>(wall)};
     const Observed observed = source.input.compute(scan, poses);
     const auto* update = observed.update;
     ASSERT_NE(update, nullptr) << observed.error->text;

@@ -56,12 +56,12 @@ XmlRpcValue twoSources() {
   laser["sensor_frame"] = "/laser_link";
   laser["sensor_model"]["hit"] = 0.6;
   laser["sensor_model"]["max_range"] = 8.0;
-  laser["sensor_model"]["end_margin"] = 0.25;
+  laser["sensor_model"]["min_range"] = 0.25;
   XmlRpcValue group = listOf({makeSource("lidar", "points"), laser});
   group["sensor_model"]["hit"] = 0.8;
   group["sensor_model"]["miss"] = 0.3;
   group["sensor_model"]["max_range"] = 40.0;
-  group["sensor_model"]["end_margin"] = 0.5;
+  group["sensor_model"]["min_range"] = 0.5;
   return group;
 }
 
@@ -85,8 +85,8 @@ TEST(Sources, OfAListHaveTheirOwnValuesAndElseThoseOutsideIt) {
   EXPECT_EQ(sources[0].use, SourceUse::kBoth);
   EXPECT_EQ(sources[0].sensor_model.hit, 0.8);
   EXPECT_EQ(sources[0].max_range_m, 40.0);
-  EXPECT_EQ(sources[0].end_margin_m, 0.5);
-  EXPECT_EQ(sources[1].end_margin_m, 0.25);
+  EXPECT_EQ(sources[0].min_range_m, 0.5);
+  EXPECT_EQ(sources[1].min_range_m, 0.25);
   EXPECT_EQ(sources[1].type, SourceType::kLaserScan);
   EXPECT_EQ(sources[1].use, SourceUse::kClear);
   EXPECT_EQ(sources[1].max_rate_hz, 5.0);

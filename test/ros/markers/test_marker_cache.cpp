@@ -44,16 +44,10 @@ std_msgs::Header makeMapHeader() {
 
 std::vector<MarkerStyle> allStyles() {
   MarkerStyle by_height;
-  by_height.color_period_m = 3.0;
+  by_height.color_span = {-1.0, 2.0};
   MarkerStyle by_probability;
   by_probability.color_by = ColorBy::kProbability;
-  std::vector<MarkerStyle> styles{by_height, by_probability,
-                                  makeStyle(NodeParameters(), CuboidFilter::kFree)};
-  for (std::size_t i = 0; i < 3; ++i) {
-    styles.push_back(styles[i]);
-    styles.back().are_joined = true;
-  }
-  return styles;
+  return {by_height, by_probability, makeStyle(NodeParameters(), CuboidFilter::kFree)};
 }
 
 /// A scan from a random place in a hall of 40 x 40 x 40 voxels around `center_m`.
@@ -103,20 +97,22 @@ TEST(MarkerCache, OtherColoursCountForMarkersThatAreThereAlready) {
   MarkerCache cache(drive.map().grid(), style);
   MarkerViewer viewer;
   viewer.apply(cache.update(drive.map(), makeMapHeader()));
-  cache.setColors(style.color_by, style.color_period_m);
+  cache.setColorBy(style.color_by);
   EXPECT_FALSE(cache.hasChanges()) << "the same as before";
-  style.color_by = ColorBy::kProbability;
-  for (const double period_m : {10.0, 3.0}) {
-    style.color_period_m = period_m;
-    cache.setColors(style.color_by, period_m);
+  const auto expect_shown = [&] {
     EXPECT_TRUE(cache.hasChanges());
     viewer.apply(cache.update(drive.map(), makeMapHeader()));
     const auto expected = expectedCubes(drive.map(), drive.map().grid(), style);
     EXPECT_GT(expected.size(), 10U);
     EXPECT_EQ(viewer.cubes(), expected) << seedNote(0);
     EXPECT_FALSE(cache.hasChanges());
-    style.color_by = ColorBy::kHeight;
-  }
+  };
+  cache.setColorBy(style.color_by = ColorBy::kProbability);
+  expect_shown();
+  cache.setColorBy(style.color_by = ColorBy::kHeight);
+  expect_shown();
+  cache.setColorSpan(style.color_span = {-2.0, 3.0});
+  expect_shown();
 }
 
 TEST(MarkerCache, DifferencesAddUpToTheWholeMap) {
@@ -325,7 +321,7 @@ TEST(MarkerCache, SendsOnlySizesThatHaveChanged) {
   EXPECT_FALSE(cache.hasChanges());
   ASSERT_EQ(difference.markers.size(), 1U) << "the size of one voxel is as it was";
   const Marker& marker = difference.markers.front();
-  EXPECT_EQ(marker.id, (2 - 1) + 15 * (3 - 1) + 225 * (4 - 1));
+  EXPECT_EQ(marker.id, (2 - 1) + 8 * (3 - 1) + 64 * (4 - 1));
   EXPECT_EQ(marker.ns, "occupied");
   EXPECT_EQ(marker.action, static_cast<int>(Marker::ADD));
   EXPECT_EQ(marker.header.frame_id, "map");

@@ -234,8 +234,6 @@ TEST(OctomapProducts, showCellsOfOneClassBetweenTwoHeights) {
 
   std_msgs::Header header;
   header.frame_id = "map";
-  parameters.is_height_map = false;
-  parameters.color = {0.1, 0.2, 0.3, 0.4};
   const auto markers = markersOf(snapshot, parameters, header);
   ASSERT_EQ(markers.size(), 17U);
   for (std::size_t depth = 0; depth < markers.size(); ++depth) {
@@ -247,8 +245,8 @@ TEST(OctomapProducts, showCellsOfOneClassBetweenTwoHeights) {
     EXPECT_EQ(marker.action, marker.points.empty() ? visualization_msgs::Marker::DELETE
                                                    : visualization_msgs::Marker::ADD)
         << depth;
-    EXPECT_TRUE(marker.colors.empty());
-    EXPECT_FLOAT_EQ(marker.color.g, 0.2F);
+    EXPECT_EQ(marker.colors.size(), marker.points.size());
+    EXPECT_EQ(marker.color.b, 1.0F);
   }
   EXPECT_EQ(markers[13].scale.x, 4.0);
   EXPECT_EQ(markers[13].points[0].x, 2.0);
@@ -283,21 +281,17 @@ TEST(OctomapProducts, heightsHaveTheColoursOfOctomapServer) {
   std::vector<UniformBox> boxes{{{{5, 0, -7}, {6, 1, 20}}, -1.0F}};
   for (std::int32_t z = 0; z < 20; z += 2) boxes.push_back({CellBox::ofCell({0, 0, z}), 1.0F});
   const MapSnapshot snapshot = takeSnapshot(makeMap(boxes), "");
-  for (const double color_factor : {0.0, 0.3, 0.8, 1.0}) {
-    OctomapServerParameters parameters;
-    parameters.color_factor = color_factor;
-    double num_left_out = 0.0;
-    const auto markers =
-        toCellMarkers(snapshot, ShownCells::kOccupied, parameters, {}, num_left_out).markers;
-    ASSERT_EQ(markers[16].colors.size(), 10U);
-    for (std::size_t i = 0; i < markers[16].colors.size(); ++i) {
-      const double z_m = markers[16].points[i].z;
-      const auto expected = theirHeightColor(z_m, -3.5, 10.0, color_factor);
-      EXPECT_NEAR(markers[16].colors[i].r, expected.r, 1e-6) << z_m << ' ' << color_factor;
-      EXPECT_NEAR(markers[16].colors[i].g, expected.g, 1e-6) << z_m << ' ' << color_factor;
-      EXPECT_NEAR(markers[16].colors[i].b, expected.b, 1e-6) << z_m << ' ' << color_factor;
-      EXPECT_EQ(markers[16].colors[i].a, 1.0F);
-    }
+  constexpr double kColorFactor = 0.8;  // Its default.
+  double num_left_out = 0.0;
+  const auto markers = toCellMarkers(snapshot, ShownCells::kOccupied, {}, {}, num_left_out).markers;
+  ASSERT_EQ(markers[16].colors.size(), 10U);
+  for (std::size_t i = 0; i < markers[16].colors.size(); ++i) {
+    const double z_m = markers[16].points[i].z;
+    const auto expected = theirHeightColor(z_m, -3.5, 10.0, kColorFactor);
+    EXPECT_NEAR(markers[16].colors[i].r, expected.r, 1e-6) << z_m;
+    EXPECT_NEAR(markers[16].colors[i].g, expected.g, 1e-6) << z_m;
+    EXPECT_NEAR(markers[16].colors[i].b, expected.b, 1e-6) << z_m;
+    EXPECT_EQ(markers[16].colors[i].a, 1.0F);
   }
 }
 

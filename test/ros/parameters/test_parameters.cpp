@@ -233,15 +233,15 @@ TEST(Parameters, AllErrorsAreListedAtOnce) {
   const LoadedParameters loaded = readParameters(makeGroup({{"resolution", 0.0},
                                                             {"frame_id", ""},
                                                             {"sensor_model/hit", 2.0},
-                                                            {"latch", "yes"},
+                                                            {"publish_rate", "yes"},
                                                             {"pointcloud_min_x", kNan},
                                                             {"pointcloud_min_z", 3.0},
                                                             {"pointcloud_max_z", 1.0},
                                                             {"sensor_model/hitt", 0.7},
                                                             {"publish_rates", 1.0}}));
   const std::vector<std::string> expected{
-      "frame_id", "resolution",       "sensor_model/hit", "pointcloud_min_x",
-      "latch",    "pointcloud_min_z", "publish_rates",    "sensor_model/hitt"};
+      "frame_id",     "resolution",       "sensor_model/hit", "pointcloud_min_x",
+      "publish_rate", "pointcloud_min_z", "publish_rates",    "sensor_model/hitt"};
   EXPECT_EQ(keysOf(loaded.errors), expected);
 }
 

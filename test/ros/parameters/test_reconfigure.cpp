@@ -114,12 +114,12 @@ TEST(Reconfigure, AllFieldsOfARequestCount) {
   if (!test::hasAllFeatures()) GTEST_SKIP();
   Config request = withNumber("sensor_model_max_range", 30.0);
   request.doubles.push_back(withNumber("occupancy_max_z", 2.0).doubles[0]);
-  request.bools.push_back(withSwitch("height_map", false).bools[0]);
+  request.bools.push_back(withSwitch("filter_speckles", true).bools[0]);
   const LoadedParameters loaded = applyConfig({}, request);
   EXPECT_TRUE(loaded.errors.empty());
   EXPECT_EQ(loaded.parameters.source.max_range_m, 30.0);
   EXPECT_EQ(loaded.parameters.octomap_server.occupancy_max_z_m, 2.0);
-  EXPECT_FALSE(loaded.parameters.octomap_server.is_height_map);
+  EXPECT_TRUE(loaded.parameters.octomap_server.filter_speckles);
 }
 
 TEST(Reconfigure, ARequestWithEveryFieldOfOctomapServerCounts) {

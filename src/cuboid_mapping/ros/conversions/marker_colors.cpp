@@ -31,11 +31,6 @@ std_msgs::ColorRGBA toHueColor(double turns) {
   return makeColor(shareAt(hue, 0.0), shareAt(hue, 2.0), shareAt(hue, 4.0), 1.0);
 }
 
-std_msgs::ColorRGBA toHeightColor(double height_m, double period_m) {
-  if (period_m <= 0.0) return toHueColor(2.0 / 3.0);
-  return toHueColor(2.0 / 3.0 - height_m / period_m);
-}
-
 std_msgs::ColorRGBA toSpanColor(double height_m, const HeightRange& span) {
   const double ratio = std::clamp((height_m - span.min_m) / (span.max_m - span.min_m), 0.0, 1.0);
   return toHueColor((1.0 - ratio) * 2.0 / 3.0);

@@ -21,17 +21,6 @@ namespace cuboid_mapping_ros {
 /// 1; any finite number. Saturation, value and alpha are 1.
 [[nodiscard]] std_msgs::ColorRGBA toHueColor(double turns);
 
-/// Colour of a height: a rainbow that repeats every `period_m`.
-///
-/// Blue at 0, then cyan, green, yellow, red, magenta, in equal steps of hue, and blue again at
-/// `period_m`; the same downwards. Saturation, value and alpha are 1. heightMapColor of
-/// octomap_server stretches one rainbow over the height of the map instead: a colour that
-/// depends on the rest of the map would need all cuboids published again when the map grows.
-///
-/// @param height_m  Any finite height, map frame.
-/// @param period_m  0: blue at all heights.
-[[nodiscard]] std_msgs::ColorRGBA toHeightColor(double height_m, double period_m);
-
 /// Colour of a height: blue at the low end of a span and below, then cyan, green and yellow, red at the
 /// high end and above, in equal steps of hue. @param span  min_m < max_m.
 [[nodiscard]] std_msgs::ColorRGBA toSpanColor(double height_m, const HeightRange& span);

@@ -14,9 +14,7 @@ namespace cuboid_mapping_ros {
 class RobotGridFeature : public MapFeature {
  public:
   explicit RobotGridFeature(const MapHost& host)
-      : grid_(host.nh,
-              {kRobotGridTopic, kRobotGridUpdatesTopic, host.parameters.latch,
-               host.parameters.keyframe_period_s},
+      : grid_(host.nh, {kRobotGridTopic, kRobotGridUpdatesTopic, host.parameters.keyframe_period_s},
               [&host] { return findRobotGrid(host.map, host.tf, host.parameters); }) {}
   [[nodiscard]] static std::vector<ParameterDeclaration> declare();
   [[nodiscard]] static std::vector<ParameterError> check(const LoadedParameters& loaded);

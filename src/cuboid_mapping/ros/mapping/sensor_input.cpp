@@ -49,7 +49,7 @@ ScanLimits makeScanLimits(const SourceParameters& source) {
 }
 
 BeamRanges beamRangesOf(const SourceParameters& source) {
-  return {source.max_range_m, source.end_margin_m, source.keep_surfaces};
+  return {source.max_range_m, 0.0, source.keep_surfaces};
 }
 
 }  // namespace

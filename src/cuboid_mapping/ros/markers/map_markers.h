@@ -29,7 +29,6 @@ class MapMarkers : public MapFeature {
   const GuardedMap& map_;
   MarkerPublisher occupied_;
   MarkerPublisher free_;
-  bool has_color_span_;                    ///< True if color_period is 0.
   bool is_span_old_ = true;                ///< The map has changed since the span was found.
   std::optional<HeightRange> color_span_;  ///< Current span.
 };

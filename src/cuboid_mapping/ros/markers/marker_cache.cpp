@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/markers/marker_cache.h"
 
-#include "cuboid_mapping/boxes/joined_cuboids.h"
 #include "cuboid_mapping/geometry/page.h"
 #include "cuboid_mapping/query/value_query.h"
 #include "cuboid_mapping/ros/conversions/points.h"
@@ -19,29 +18,15 @@ using visualization_msgs::MarkerArray;
 
 constexpr std::int32_t kEdge = kBrickEdge;
 
-static_assert(MarkerCache::kNumLengths == kEdge + kPageEdge / kEdge - 1);
-int toLengthId(std::int32_t length) { return length <= kEdge ? length - 1 : length / kEdge + 6; }
-
-std::int32_t toLength(int length_id) {
-  return length_id < kEdge ? length_id + 1 : (length_id - 6) * kEdge;
-}
-
-int toSizeId(const Cell& size) {
-  constexpr int kNum = MarkerCache::kNumLengths;
-  return toLengthId(size.x) + kNum * (toLengthId(size.y) + kNum * toLengthId(size.z));
-}
+int toSizeId(const Cell& size) { return size.x - 1 + kEdge * (size.y - 1 + kEdge * (size.z - 1)); }
 
 Cell toSize(int size_id) {
-  constexpr int kNum = MarkerCache::kNumLengths;
-  return {toLength(size_id % kNum), toLength(size_id / kNum % kNum),
-          toLength(size_id / (kNum * kNum))};
+  return {size_id % kEdge + 1, size_id / kEdge % kEdge + 1, size_id / (kEdge * kEdge) + 1};
 }
 
 /// End of the first piece of [begin, end).
-std::int32_t endOfPiece(std::int32_t begin, std::int32_t end, bool is_joined) {
-  constexpr std::int32_t kMask = ~(kEdge - 1);
-  if (end - begin <= kEdge) return end;
-  return is_joined ? begin + ((end - begin) & kMask) : (begin & kMask) + kEdge;
+std::int32_t endOfPiece(std::int32_t begin, std::int32_t end) {
+  return end - begin <= kEdge ? end : (begin & ~(kEdge - 1)) + kEdge;
 }
 
 }  // namespace
@@ -50,8 +35,6 @@ MarkerStyle makeStyle(const NodeParameters& parameters, CuboidFilter filter) {
   MarkerStyle style;
   style.filter = filter;
   style.color_by = parameters.color_by;
-  style.color_period_m = parameters.color_period_m;
-  style.are_joined = parameters.markers_are_joined;
   return style;
 }
 
@@ -77,11 +60,10 @@ void MarkerCache::read(const CuboidMap& map) {
   dirty_.clear();
 }
 
-void MarkerCache::setColors(ColorBy color_by, double color_period_m) {
-  if (style_.color_by == color_by && style_.color_period_m == color_period_m) return;
-  if (style_.color_by != color_by) is_everything_dirty_ = true;  // Kept probabilities may differ.
+void MarkerCache::setColorBy(ColorBy color_by) {
+  if (style_.color_by == color_by) return;
+  is_everything_dirty_ = true;  // Kept probabilities may differ.
   style_.color_by = color_by;
-  style_.color_period_m = color_period_m;
   markLists();
 }
 
@@ -91,7 +73,7 @@ void MarkerCache::markLists() {
   }
 }
 
-void MarkerCache::setColorSpan(const std::optional<HeightRange>& span) {
+void MarkerCache::setColorSpan(const HeightRange& span) {
   style_.color_span = span;
   if (style_.color_by == ColorBy::kHeight) markLists();
 }
@@ -127,15 +109,14 @@ void MarkerCache::release() { *this = MarkerCache(grid_, style_); }
 
 void MarkerCache::appendCubes(const CellBox& box, float probability,
                               std::vector<SizedCube>& cubes) const {
-  const bool is_joined = style_.are_joined;
   Cell min;
   Cell max;
   for (min.z = box.min.z; min.z < box.max.z; min.z = max.z) {
-    max.z = endOfPiece(min.z, box.max.z, is_joined);
+    max.z = endOfPiece(min.z, box.max.z);
     for (min.y = box.min.y; min.y < box.max.y; min.y = max.y) {
-      max.y = endOfPiece(min.y, box.max.y, is_joined);
+      max.y = endOfPiece(min.y, box.max.y);
       for (min.x = box.min.x; min.x < box.max.x; min.x = max.x) {
-        max.x = endOfPiece(min.x, box.max.x, is_joined);
+        max.x = endOfPiece(min.x, box.max.x);
         cubes.push_back({toSizeId(max - min), {min, probability}});
       }
     }
@@ -153,12 +134,7 @@ void MarkerCache::readPage(const CuboidMap& map, const Cell& page) {
     appendCubes(cuboid.box, static_cast<float>(probability), cubes);
     return Visit::kContinue;
   };
-  if (style_.are_joined) {
-    const auto joined = joinCuboids(map, box, style_.filter, Budget::unlimited());
-    for (const Cuboid& cuboid : joined.value) add(cuboid);
-  } else {
-    visitBox(map, box, style_.filter, add);
-  }
+  visitBox(map, box, style_.filter, add);
   replacePage(page, std::move(cubes));
 }
 
@@ -227,9 +203,7 @@ Marker MarkerCache::makeMarker(int size_id, const std_msgs::Header& header) cons
       marker.points.push_back(toPoint(center - anchor_map_));
       if (!has_colors) continue;
       marker.colors.push_back(style_.color_by == ColorBy::kHeight
-                                  ? (style_.color_span
-                                         ? toSpanColor(center.z(), *style_.color_span)
-                                         : toHeightColor(center.z(), style_.color_period_m))
+                                  ? toSpanColor(center.z(), style_.color_span)
                                   : toProbabilityColor(cube.probability));
     }
   }

@@ -12,7 +12,6 @@
 #include <array>
 #include <bitset>
 #include <map>
-#include <optional>
 #include <set>
 #include <vector>
 
@@ -23,9 +22,7 @@ struct MarkerStyle {
   CuboidFilter filter = CuboidFilter::kOccupied;  ///< kOccupied or kFree.
   /// Colour of occupied cuboids; free ones all have freeColor().
   ColorBy color_by = ColorBy::kHeight;
-  double color_period_m = 10.0;           ///< Period of colours, > 0; for kHeight, without a span.
-  std::optional<HeightRange> color_span;  ///< For kHeight: colours run once, and do not repeat.
-  bool are_joined = false;  ///< Cuboids are joined across the bricks of a page, see joinCuboids().
+  HeightRange color_span{0.0, 1.0};  ///< For kHeight: from blue to red.
 };
 
 /// Style of a marker topic. @param filter  kOccupied or kFree.
@@ -37,9 +34,7 @@ struct MarkerStyle {
 /// A listener that applies every array that update() returns, in order, by (ns, id), has the same
 /// markers as makePicture(): ADD stands for the whole list of a size, DELETE for a size of which
 /// there is none any more. A cuboid longer than 8 voxels on an axis is cut at the multiples of 8 on that axis,
-/// so that there are at most 512 markers: viewers become slow with many markers, not with many cubes. A joined
-/// cuboid is cut into a piece of a multiple of 8 voxels from its lower end and the rest: its pieces are 1 to 8,
-/// 16, 24 and so on to 64 voxels long, in at most kNumSizes markers.
+/// so that there are at most 512 markers: viewers become slow with many markers, not with many cubes.
 ///
 /// Far from the origin the poses of the markers carry a multiple of 1024 m, and their points the rest.
 ///
@@ -47,8 +42,7 @@ struct MarkerStyle {
 /// Not thread-safe.
 class MarkerCache {
  public:
-  static constexpr int kNumLengths = 15;  ///< Of the edges of cubes: 1 to 8, 16, 24 to 64 voxels.
-  static constexpr int kNumSizes = kNumLengths * kNumLengths * kNumLengths;
+  static constexpr int kNumSizes = kBrickEdge * kBrickEdge * kBrickEdge;
 
   /// @param grid  Grid of the map.
   MarkerCache(const Grid& grid, const MarkerStyle& style);
@@ -57,9 +51,8 @@ class MarkerCache {
   void noteChanges(const ChangeSet& changes);
 
   /// Sets other colours; takeDifference() then has the markers that they change.
-  void setColors(ColorBy color_by, double color_period_m);
-  /// As above, for the span of colours. Nothing: colours repeat.
-  void setColorSpan(const std::optional<HeightRange>& span);
+  void setColorBy(ColorBy color_by);
+  void setColorSpan(const HeightRange& span);
 
   /// Whether read() has pages to read, or takeDifference() has markers.
   [[nodiscard]] bool hasChanges() const {

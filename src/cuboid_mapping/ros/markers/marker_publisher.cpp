@@ -11,13 +11,12 @@ namespace cuboid_mapping_ros {
 MarkerPublisher::MarkerPublisher(const ros::NodeHandle& nh, CuboidFilter filter,
                                  const NodeParameters& parameters, const GuardedMap& map)
     : map_(map),
-      is_latched_(parameters.latch),
       cache_(map.grid(), makeStyle(parameters, filter)),
       keyframe_period_(parameters.keyframe_period_s),
       last_picture_(ros::SteadyTime::now()),
       topic_(
           nh, filter == CuboidFilter::kFree ? kFreeCuboidsTopic : kOccupiedCuboidsTopic, kQueueSize,
-          parameters.latch, [this](const auto& listener) { onConnect(listener); },
+          [this](const auto& listener) { onConnect(listener); },
           [this](const auto& /*listener*/) { onDisconnect(); }) {
   header_.frame_id = withoutSlash(parameters.frame_id);
 }
@@ -45,25 +44,17 @@ void MarkerPublisher::publishDifference() {
   owes_keyframe_ = true;  // Set even if a later step fails: a keyframe repairs it.
   const visualization_msgs::MarkerArray difference = cache_.takeDifference(header_);
   if (difference.markers.empty()) return;
-  if (is_picture_due_ || isKeyframeDue()) {
-    publishPicture();
-  } else {
-    topic_.publish(difference);
-  }
+  if (!isKeyframeDue()) topic_.publish(difference);
 }
 
 void MarkerPublisher::publishPicture() {
   topic_.publish(cache_.makePicture(header_));
-  is_picture_due_ = owes_keyframe_ = false;
+  owes_keyframe_ = false;
   last_picture_ = ros::SteadyTime::now();
 }
 
 void MarkerPublisher::onConnect(const ros::SingleSubscriberPublisher& listener) {
   ++num_listeners_;
-  if (!is_latched_) {
-    is_picture_due_ = true;
-    return;
-  }
   // The other subscribers have this picture, too: all get the later changes with the next
   // publish().
   if (num_listeners_ == 1) {

@@ -17,7 +17,7 @@ namespace cuboid_mapping_ros {
 /// The topic occupied_cuboids or free_cuboids (visualization_msgs/MarkerArray), which carries differences, see
 /// MarkerCache.
 ///
-/// A new connection gets the whole picture, alone; if the topic is not latched, with the next message. All
+/// A new connection gets the whole picture, alone. All
 /// subscribers get it as a keyframe: a period apart while differences are sent, and once after the last one. A
 /// keyframe repairs the picture of a subscriber that was more than kQueueSize messages behind, or has only the
 /// message latched by ROS. Without subscribers nothing is built or kept. The map is locked while cuboids are
@@ -38,12 +38,10 @@ class MarkerPublisher {
   /// Notes a change; call it for every change of the R-tree, in parts, before publish().
   void noteChanges(const ChangeSet& changes) { cache_.noteChanges(changes); }
 
-  /// Set other colours for the next publish(). With a span, the colours of heights run once; else they repeat.
+  /// Set other colours for the next publish().
   ///@{
-  void setColors(ColorBy color_by, double color_period_m) {
-    cache_.setColors(color_by, color_period_m);
-  }
-  void setColorSpan(const std::optional<HeightRange>& span) { cache_.setColorSpan(span); }
+  void setColorBy(ColorBy color_by) { cache_.setColorBy(color_by); }
+  void setColorSpan(const HeightRange& span) { cache_.setColorSpan(span); }
   ///@}
 
   [[nodiscard]] bool hasListeners() const { return num_listeners_ > 0; }
@@ -61,12 +59,10 @@ class MarkerPublisher {
   [[nodiscard]] bool isKeyframeDue() const;
 
   const GuardedMap& map_;
-  bool is_latched_;
   MarkerCache cache_;
   std_msgs::Header header_;
-  int num_listeners_ = 0;        ///< Subscribers that onConnect has seen.
-  bool is_picture_due_ = false;  ///< The picture replaces the next difference.
-  bool owes_keyframe_ = false;   ///< Differences have been sent since the last picture.
+  int num_listeners_ = 0;       ///< Subscribers that onConnect has seen.
+  bool owes_keyframe_ = false;  ///< Differences have been sent since the last picture.
   ros::WallDuration keyframe_period_;
   ros::SteadyTime last_picture_;
   LatchedTopic<visualization_msgs::MarkerArray> topic_;  ///< Last: its callbacks use the others.

@@ -9,6 +9,8 @@
 namespace cuboid_mapping_ros {
 namespace {
 
+using Node = ros::SingleSubscriberPublisher;
+
 /// Queue of updates: a lost update would leave a subscriber's grid wrong.
 constexpr std::uint32_t kUpdatesQueueSize = 100;
 
@@ -70,22 +72,22 @@ std::optional<map_msgs::OccupancyGridUpdate> findGridUpdate(const nav_msgs::Occu
 GridPublisher::GridPublisher(const ros::NodeHandle& nh, const Options& options, Make make)
     : make_(std::move(make)),
       keyframe_period_(options.keyframe_period_s),
-      updates_topic_(
-          nh, options.updates, kUpdatesQueueSize, /*is_latched=*/false,
-          [this](const auto& node) { update_nodes_.insert(node.getSubscriberName()); },
-          [this](const auto& node) { removeOne(update_nodes_, node.getSubscriberName()); }),
+      updates_topic_(ros::NodeHandle(nh).advertise<map_msgs::OccupancyGridUpdate>(
+          options.updates, kUpdatesQueueSize,
+          [this](const Node& node) { update_nodes_.insert(node.getSubscriberName()); },
+          [this](const Node& node) { removeOne(update_nodes_, node.getSubscriberName()); })),
       topic_(
-          nh, options.grid, 1, options.is_latched,
-          [this, is_latched = options.is_latched](const auto& node) {
+          nh, options.grid, 1,
+          [this](const Node& node) {
             nodes_.insert(node.getSubscriberName());
             sent_.reset();
-            const auto grid = is_latched ? make_() : std::nullopt;
+            const auto grid = make_();
             if (grid && !grid->data.empty()) node.publish(*grid);
           },
-          [this](const auto& node) { removeOne(nodes_, node.getSubscriberName()); }) {}
+          [this](const Node& node) { removeOne(nodes_, node.getSubscriberName()); }) {}
 
 void GridPublisher::publish() {
-  if (!topic_.hasListeners() && !updates_topic_.hasListeners()) {
+  if (!topic_.hasListeners() && updates_topic_.getNumSubscribers() == 0) {
     sent_.reset();
     return;
   }

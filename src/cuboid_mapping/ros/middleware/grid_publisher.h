@@ -43,9 +43,8 @@ class GridPublisher {
   /// @return The current grid; nothing if there is none.
   using Make = std::function<std::optional<nav_msgs::OccupancyGrid>()>;
   struct Options {
-    std::string grid;     ///< Topic of grids.
-    std::string updates;  ///< Topic of updates.
-    bool is_latched = true;
+    std::string grid;                ///< Topic of grids.
+    std::string updates;             ///< Topic of updates.
     double keyframe_period_s = 0.0;  ///< Period in seconds; 0: no keyframes.
   };
 
@@ -70,7 +69,7 @@ class GridPublisher {
   ros::SteadyTime last_whole_;
   ros::WallDuration keyframe_period_;
   // Last members: their callbacks use the others.
-  LatchedTopic<map_msgs::OccupancyGridUpdate> updates_topic_;
+  ros::Publisher updates_topic_;
   LatchedTopic<nav_msgs::OccupancyGrid> topic_;
 };
 

@@ -25,12 +25,10 @@ class LatchedTopic {
   using Callback = boost::function<void(const ros::SingleSubscriberPublisher&)>;
 
   /// @param on_connect, on_disconnect  Called from the queue of the node handle. on_disconnect may be empty.
-  /// @param is_latched  false: neither, and only `on_connect` counts.
   LatchedTopic(ros::NodeHandle nh, const std::string& name, std::uint32_t queue_size,
-               bool is_latched, const Callback& on_connect, const Callback& on_disconnect = {}) {
-    if (is_latched) latch_ = nh.advertise<MessageT>(name, queue_size, /*latch=*/true);
-    publisher_ = nh.advertise<MessageT>(name, queue_size, on_connect, on_disconnect);
-  }
+               const Callback& on_connect, const Callback& on_disconnect = {})
+      : latch_(nh.advertise<MessageT>(name, queue_size, /*latch=*/true)),
+        publisher_(nh.advertise<MessageT>(name, queue_size, on_connect, on_disconnect)) {}
 
   void publish(const MessageT& message) const { publisher_.publish(message); }
   [[nodiscard]] bool hasListeners() const { return publisher_.getNumSubscribers() > 0; }

@@ -13,6 +13,8 @@ namespace cuboid_mapping_ros {
 namespace {
 
 constexpr int kNumDepths = kOctreeDepth + 1;
+/// Part of the circle of hues over the height of the map; color_factor of octomap_server.
+constexpr double kHueShare = 0.8;
 
 bool hasOccupiedNeighbour(const VoxelStore& voxels, const Cell& cell) {
   const Cell one{1, 1, 1};
@@ -31,10 +33,6 @@ bool hasOccupiedNeighbour(const VoxelStore& voxels, const Cell& cell) {
 Eigen::Vector3d centerOf(const OctreeLeaf& leaf, double resolution_m) {
   const Eigen::Vector3d min(leaf.min.x, leaf.min.y, leaf.min.z);
   return (min.array() + 0.5 * leaf.edge()) * resolution_m;
-}
-
-std_msgs::ColorRGBA toColor(const std::array<double, 4>& rgba) {
-  return makeColor(rgba[0], rgba[1], rgba[2], rgba[3]);
 }
 
 /// Centre of an octree that can hold the map: a multiple of 1024 voxels, so that leaves up to that size have
@@ -182,19 +180,18 @@ visualization_msgs::MarkerArray toCellMarkers(const MapSnapshot& map, ShownCells
   visualization_msgs::MarkerArray array;
   array.markers = makeEmptyMarkers(map.resolution_m, header);
   const bool is_occupied = cells == ShownCells::kOccupied;
-  const bool is_by_height = is_occupied && parameters.is_height_map;
-  const HeightRange heights = is_by_height ? findHeights(map) : HeightRange();
+  const HeightRange heights = is_occupied ? findHeights(map) : HeightRange();
   for (const OctreeLeaf& leaf : shown.leaves) {
     visualization_msgs::Marker& marker = array.markers[static_cast<std::size_t>(leaf.depth)];
     const Eigen::Vector3d center = centerOf(leaf, map.resolution_m);
     marker.points.push_back(toPoint(center - anchor));
-    if (!is_by_height) continue;
+    if (!is_occupied) continue;
     const double share = (heights.max_m - center.z()) / (heights.max_m - heights.min_m);
-    marker.colors.push_back(toHueColor(share * parameters.color_factor));
+    marker.colors.push_back(toHueColor(share * kHueShare));
   }
   for (visualization_msgs::Marker& marker : array.markers) {
     marker.pose.position = toPoint(anchor);
-    marker.color = toColor(is_occupied ? parameters.color : parameters.color_free);
+    marker.color = is_occupied ? makeColor(0.0, 0.0, 1.0, 1.0) : makeColor(0.0, 1.0, 0.0, 1.0);
     marker.action = marker.points.empty() ? visualization_msgs::Marker::DELETE
                                           : visualization_msgs::Marker::ADD;
   }

@@ -47,10 +47,9 @@ struct ShownLeaves {
 /// Messages of occupied_cells_vis_array and free_cells_vis_array: 17 markers, one for each depth from 0 to 16,
 /// which is their id; a CUBE_LIST, or DELETE if there is no leaf of that size.
 ///
-/// Far from the origin the poses of the markers carry a multiple of 1024 m, see farAnchor(). Colours: `color`
-/// or `color_free`; with height_map, occupied cells by the height of their centre between the lowest and the
-/// highest known face: red at the top, then downwards along `color_factor` of the circle of hues, as in
-/// octomap_server.
+/// Far from the origin the poses of the markers carry a multiple of 1024 m, see farAnchor(). Colours are
+/// octomap_server's: green for free cells; occupied ones by the height of their centre between the lowest and the
+/// highest known face, from red at the top downwards.
 /// @param num_left_out  Gets the number from ShownLeaves.
 [[nodiscard]] visualization_msgs::MarkerArray toCellMarkers(
     const MapSnapshot& map, ShownCells cells, const OctomapServerParameters& parameters,

@@ -101,7 +101,6 @@ std::string clearBox(GuardedMap& map, const MetricBox& box_map, const ServiceLim
 
 OctomapServerFeature::OctomapServerFeature(const MapHost& host)
     : frame_id_(withoutSlash(host.parameters.frame_id)),
-      is_latched_(host.parameters.latch),
       limits_(host.parameters.service_limits),
       octree_limits_(limitsOfMachine()),
       map_(host.map),
@@ -112,7 +111,7 @@ OctomapServerFeature::OctomapServerFeature(const MapHost& host)
   advertiseTopics(withQueue(host.nh, queue_));
   projection_publisher_.emplace(
       host.nh,
-      GridPublisher::Options{kProjectedMapTopic, kProjectedMapUpdatesTopic, is_latched_,
+      GridPublisher::Options{kProjectedMapTopic, kProjectedMapUpdatesTopic,
                              host.parameters.keyframe_period_s},
       [this] { return makeProjection(); });
   advertiseServices(host);
@@ -126,9 +125,9 @@ void OctomapServerFeature::advertise(const ros::NodeHandle& nh, const char* name
     return make();
   };
   const auto topic = std::make_shared<LatchedTopic<MessageT>>(
-      nh, name, 1, is_latched_, [this, build](const ros::SingleSubscriberPublisher& listener) {
+      nh, name, 1, [this, build](const ros::SingleSubscriberPublisher& listener) {
         views_ = {};
-        if (is_latched_ && hasContent()) listener.publish(build());
+        if (hasContent()) listener.publish(build());
         views_ = {};
       });
   topics_.push_back({topic->name(), [topic, build] {
@@ -240,16 +239,6 @@ octomap_msgs::Octomap OctomapServerFeature::makeOctomap(OctreeKind kind) {
 }
 
 visualization_msgs::MarkerArray OctomapServerFeature::makeMarkers(ShownCells cells) {
-  if (cells == ShownCells::kFree && !parameters_.publish_free_space) {
-    ROS_WARN_THROTTLE_NAMED(kLogPeriod_s, kNodeName,
-                            "free_cells_vis_array has a subscriber, but stays empty: set "
-                            "publish_free_space, or subscribe to free_cuboids");
-    MapView nothing;
-    nothing.map.resolution_m = map_.grid().resolution();
-    nothing.header.frame_id = frame_id_;
-    double none = 0.0;
-    return toCellMarkers(nothing.map, cells, parameters_, nothing.header, none);
-  }
   const MapView& view = look(Speckles::kAsAsked);
   double num_left_out = 0.0;
   auto markers = toCellMarkers(view.map, cells, parameters_, view.header, num_left_out);

@@ -89,7 +89,6 @@ class OctomapServerFeature : public MapFeature {
   [[nodiscard]] nav_msgs::OccupancyGrid makeProjection();
 
   std::string frame_id_;
-  bool is_latched_;
   ServiceLimits limits_;
   SnapshotLimits octree_limits_;  ///< Limits of the services' octrees.
   GuardedMap& map_;

@@ -63,10 +63,6 @@ std::vector<ParameterDeclaration> declareSensorModel() {
        "stable."},
       {"sensor_model/max_range", "m", number(&S::max_range_m, 0.01, kInfinity, kInfinity),
        "Longer beams are cut off at this range and clear the space up to it. -1: no limit."},
-      {"sensor_model/end_margin", "m", number(&S::end_margin_m, 0.0, 1000.0),
-       "Over this distance before its end, a beam makes only unknown voxels free. Beams along the "
-       "ground or a wall then do not clear voxels that others have hit. 0: a beam clears all "
-       "voxels up to its end, as in OctoMap."},
       {"sensor_model/keep_surfaces", "", boolean(&S::keep_surfaces),
        "true: beams do not clear the floors, stairs and tables that they graze, only what they "
        "pass. Which surfaces these are follows from neighbouring beams. false: a beam clears all "
@@ -105,7 +101,6 @@ std::vector<ParameterDeclaration> declareTopics() {
        "pose would be a guess."},
       {"publish_rate", "Hz", number(&P::publish_rate_hz, 0.01, 100.0),
        "Maximum rate of the map topics. They are published only after a change."},
-      {"latch", "", boolean(&P::latch), "true: a new subscriber gets the current map at once."},
       {"keyframe_period", "s", number(&P::keyframe_period_s, 0.0, 86400.0),
        "Time between two keyframes on topics that carry changes: occupied_cuboids, free_cuboids, "
        "cuboid_map, and the grids with updates. A keyframe has the whole content, for listeners "
@@ -162,7 +157,9 @@ const std::vector<ParameterDeclaration>& parameterTable() {
 const std::map<std::string, std::string>& mergedParameters() {
   static const std::map<std::string, std::string> kMerged{
       {"queue_memory", "queue_size limits the clouds that wait"},
-      {"order_wait", "clouds of several sources do not wait for each other; see queue_size"}};
+      {"order_wait", "clouds of several sources do not wait for each other; see queue_size"},
+      {"color_period", "the colours of heights fit the map"},
+      {"markers/joined", "the rviz display shows joined cuboids"}};
   return kMerged;
 }
 
@@ -189,6 +186,8 @@ const std::map<std::string, std::string>& retiredParameters() {
       {"query/max_bricks", kConstant + "; query/max_time limits calls"},
       {"query/max_entries", kConstant},
       {"query/max_answer", kConstant},
+      {"sensor_model/end_margin",
+       "write sensor_model/keep_surfaces: true, which clears less of surfaces"},
       {"file_memory", "maps may take the memory of the machine: remove it"},
       {"projected_map_memory", kConstant + " (100 MB)"},
       {"window/margin", "it is a tenth of window/size: remove it"},

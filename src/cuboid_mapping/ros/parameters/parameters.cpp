@@ -181,9 +181,11 @@ struct KnownKeys {
       leftovers.insert(leftoverNameOf(declaration.key));
     }
     for (const ParameterDeclaration& old : oldUnits()) leftovers.insert(old.key);
-    for (const auto& [key, cure] : retiredParameters()) {
-      if (const auto slash = key.find('/'); slash != std::string::npos) {
-        groups.push_back(key.substr(0, slash));
+    for (const auto* names : {&retiredParameters(), &mergedParameters()}) {
+      for (const auto& [key, cure] : *names) {
+        if (const auto slash = key.find('/'); slash != std::string::npos) {
+          groups.push_back(key.substr(0, slash));
+        }
       }
     }
   }
@@ -223,14 +225,16 @@ void judgeUnknownKey(const std::string& key, const XmlRpcValue& value, const Kno
 void judgeUnknownKeys(const XmlRpcValue& group, LoadedParameters& loaded) {
   const KnownKeys known;
   for (const auto& [name, value] : group) {
-    const bool is_group = value.getType() == XmlRpcValue::TypeStruct;
+    const bool is_whole = octomapServerOnly().count(name) > 0;  // Such as the group color.
+    const bool is_group = value.getType() == XmlRpcValue::TypeStruct && !is_whole;
     if (is_group && !known.has(name) && !findNearestKey(name, known.groups)) {
       loaded.warnings.push_back({name,
                                  "is a group of keys that this node does not have: taken for "
                                  "another node's, and ignored"});
       continue;
     }
-    for (const auto& [rest, leaf] : leavesOf(value)) {
+    for (const auto& [rest, leaf] :
+         is_whole ? std::map<std::string, XmlRpcValue>{{"", value}} : leavesOf(value)) {
       std::string key = name;
       if (is_group) key.append("/").append(rest);
       if (!known.has(key)) judgeUnknownKey(key, leaf, known, loaded);

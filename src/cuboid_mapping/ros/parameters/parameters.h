@@ -69,7 +69,6 @@ struct SourceParameters {
   /// Probabilities of the source; the thresholds are those of the map.
   SensorModelConfig sensor_model;
   double max_range_m = std::numeric_limits<double>::infinity();  ///< Beams are cut there.
-  double end_margin_m = 0.0;                                     ///< See BeamRanges.
   bool keep_surfaces = false;                                    ///< See BeamRanges.
   double min_range_m = 0.0;        ///< Nearer points are left out wholly; 0: none.
   double no_return_range_m = 0.0;  ///< Beams without return free space up to it; 0: skipped.
@@ -157,16 +156,11 @@ struct KeepParameters {
 struct OctomapServerParameters {
   std::string base_frame_id = "base_footprint";  ///< Frame of the robot, z = 0 on the ground.
   bool filter_speckles = false;     ///< Leave out occupied voxels without occupied neighbours.
-  bool publish_free_space = false;  ///< Whether free_cells_vis_array is published.
   double occupancy_min_z_m = -1e9;  ///< Lower cells are in no topic of octomap_server.
   double occupancy_max_z_m = 1e9;   ///< Higher cells are in no topic of octomap_server.
   double min_x_size_m = 0.0;        ///< Minimum size of projected_map.
   double min_y_size_m = 0.0;        ///< Minimum size of projected_map.
   int max_projection_mb = 100;  ///< Maximum size of projected_map: a byte per cell. No parameter.
-  bool is_height_map = true;    ///< Colour of occupied cells by height; else `color`.
-  double color_factor = 0.8;    ///< Share of the circle of hues over the range of heights.
-  std::array<double, 4> color = {0.0, 0.0, 1.0, 1.0};       ///< r, g, b, a of occupied cells.
-  std::array<double, 4> color_free = {0.0, 1.0, 0.0, 1.0};  ///< r, g, b, a of free cells.
 };
 
 /// The grid that follows the robot.
@@ -227,14 +221,11 @@ struct NodeParameters {
   double tf_wait_s = 10.0;          ///< Longest time that a cloud waits for its transforms.
   double tf_gap_s = 1.0;            ///< Longest time between two transforms of a frame.
   double publish_rate_hz = 5.0;     ///< Greatest rate of the map topics.
-  bool latch = true;                ///< Whether the map topics are latched.
   double keyframe_period_s = 10.0;  ///< Period of whole messages between differences; 0: none.
   bool publish_values = false;      ///< Whether cuboid_map carries log-odds, or classes alone.
   ColorBy color_by = ColorBy::kHeight;
-  double color_period_m = 0.0;      ///< Height over which the colours repeat; 0: they fit the map.
-  bool markers_are_joined = false;  ///< Markers show cuboids joined across bricks.
-  std::string map_file;             ///< Loaded at the start; empty: none.
-  std::string autosave_file;        ///< Saved to now and then; empty: none.
+  std::string map_file;       ///< Loaded at the start; empty: none.
+  std::string autosave_file;  ///< Saved to now and then; empty: none.
   double autosave_period_s = 60.0;
   bool is_autosave_read = false;  ///< Read at the start: saves may replace it. No parameter.
   double map_part_size_mb =

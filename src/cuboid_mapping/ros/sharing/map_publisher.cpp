@@ -41,7 +41,7 @@ ChangeSet everythingOf(const ChangeSet& changes) { return {changes.revision, tru
 MapImageServer::MapImageServer(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh,
                                const Options& options, Make make, Note note)
     : options_(options), make_(std::move(make)), note_(std::move(note)) {
-  topic_.emplace(nh, kCuboidMapTopic, kQueueSize, true, [this](const auto& listener) {
+  topic_.emplace(nh, kCuboidMapTopic, kQueueSize, [this](const auto& listener) {
     listener.publish(current(options_.topic_detail).parts.front());
   });
   server_ = offerService<GetMap>(
