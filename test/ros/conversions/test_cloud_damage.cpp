@@ -101,6 +101,11 @@ TEST(CloudDamage, EveryDamageIsNamedWithWhatToDo) {
   EXPECT_EQ(seen.size(), kNumCloudDefects - 1) << "all but kNoPointTimes, see test_deskew.cpp";
 }
 
+TEST(CloudDamage, RoundingErrorsAcrossASingleBeamAreNone) {
+  const std::vector<Eigen::Vector3d> beam{{5.0, 3e-16, -3e-16}};
+  EXPECT_EQ(convertGood(makeMessage(CloudSpec{1, 1}, beam)).points.size(), 1U);
+}
+
 TEST(CloudDamage, DefectsHaveNamesOfTheirOwn) {
   std::set<std::string> names;
   for (std::size_t i = 0; i < kNumCloudDefects; ++i) {

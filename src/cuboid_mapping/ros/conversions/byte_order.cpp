@@ -44,14 +44,21 @@ class Sense {
   void note(double number) {
     if (number == 0.0 || !std::isfinite(number)) return;  // Says nothing.
     ++num_judged_;
-    if (std::abs(number) >= 1e-6 && std::abs(number) < 1e8) ++num_sane_;
+    if (std::abs(number) >= 1e-6 && std::abs(number) < kHuge) ++num_sane_;
+    has_huge_ = has_huge_ || std::abs(number) >= kHuge;
   }
   [[nodiscard]] bool isLacking() const { return 2 * num_sane_ < num_judged_; }
   [[nodiscard]] bool isClear() const { return 10 * num_sane_ >= 9 * num_judged_; }
 
+  /// Whether some are no lengths. Tiny ones are: those across a single beam are rounding errors.
+  [[nodiscard]] bool hasHuge() const { return has_huge_; }
+
  private:
+  static constexpr double kHuge = 1e8;
+
   std::size_t num_judged_ = 0;
   std::size_t num_sane_ = 0;
+  bool has_huge_ = false;
 };
 
 /// Sense of numbers in the order that a message names, and in the other one.
@@ -126,7 +133,8 @@ ByteOrder findByteOrder(const PointCloud2& cloud) {
     }
   }
   ByteOrder order = makeOrder(cloud, senses.contradict());
-  order.makes_sense = !senses.named.isLacking() || senses.other.isClear();
+  order.makes_sense =
+      !senses.named.isLacking() || !senses.named.hasHuge() || senses.other.isClear();
   return order;
 }
 
