@@ -33,12 +33,16 @@ py::array_t<double> toMetres(MapAccess& access, const BoxesT& boxes) {
   return toRows(std::move(rows), 6);
 }
 
+/// Edges of a robot: one number for all, or three.
+Eigen::Vector3d toEdges(const Doubles& array, const char* name) {
+  return array.ndim() == 0 ? Eigen::Vector3d::Constant(*array.data()) : toVector(array, name);
+}
+
 py::object cover(MapAccess& access, long max_boxes, const py::object& region,
-                 const py::object& keep_free, double keep_passages_m, const py::object& previous) {
-  require(std::isfinite(keep_passages_m) && keep_passages_m >= 0.0,
-          "keep_passages must be finite and >= 0");
+                 const py::object& keep_free, const Doubles& keep_passages,
+                 const py::object& previous) {
   CoverTask task;
-  task.keep_passages_m = keep_passages_m;
+  task.keep_passages_m = toEdges(keep_passages, "keep_passages");
   task.max_boxes = toMaxBoxes(max_boxes);
   task.region = toRegion(access, region);
   if (!keep_free.is_none()) {
@@ -49,6 +53,7 @@ py::object cover(MapAccess& access, long max_boxes, const py::object& region,
   }
   const auto answer = access.read(
       [&](const CuboidMap& map) { return coverOccupied(map, task, Budget::unlimited()); });
+  requireValid(answer, "cover_occupied");
   const BoxCover& found = answer.value;
   if (answer.isNotFound()) {
     throw Error("max_boxes is " + std::to_string(max_boxes) +
@@ -137,8 +142,8 @@ void bindBoxQueries(MapClass& map) {
 
 max_boxes: > 0. region: (6,), metres; None: the whole map.
 keep_free: (k, 6), metres, such as the robot: no box of the answer shares a voxel with one of these.
-keep_passages: edges of a robot's box, metres. What it can reach in the map stays reachable beside the boxes, or
-`lost` names the places; 0: not looked at.
+keep_passages: (3,), edges of a robot's box, metres, or one number for all. What it can reach in the map stays
+reachable beside the boxes, or `lost` names the places; 0: not looked at.
 previous: (k, 6), metres, boxes of the last answer: those that still fit are taken over, at their places in the list.
 Returns results.BoxCover, the largest box first unless `previous` is given; boxes may overlap.
 The added volume need not be the least possible.

@@ -36,13 +36,20 @@ std::vector<CellBox> toKeepFree(const std::vector<std::string>& texts, const Gri
   return boxes;
 }
 
+Eigen::Vector3d toEdges(const std::vector<double>& edges_m) {
+  if (edges_m.size() == 1) return Eigen::Vector3d::Constant(edges_m[0]);
+  if (edges_m.size() == 3) return Eigen::Vector3d(edges_m.data());
+  throw std::runtime_error("--keep-passages needs one number, or three: x,y,z");
+}
+
 BoxCover cover(const CuboidMap& map, const CellBox& region, const BoxOptions& options) {
   CoverTask task;
   task.max_boxes = options.max_boxes;
   task.region = region;
   task.keep_free = toKeepFree(options.keep_free, map.grid());
-  task.keep_passages_m = options.keep_passages_m;
+  task.keep_passages_m = toEdges(options.keep_passages_m);
   const auto found = coverOccupied(map, task, Budget::unlimited());
+  if (!found.fault.empty()) throw std::runtime_error("--keep-passages: " + found.fault);
   if (found.isNotFound()) {
     throw std::runtime_error(
         "--boxes " + std::to_string(options.max_boxes) +

@@ -15,7 +15,7 @@ struct BoxOptions {
   bool are_joined = false;             ///< .csv: cuboids joined across bricks.
   std::size_t max_boxes = 0;           ///< Maximum number of boxes to cover the voxels; 0: none.
   std::vector<std::string> keep_free;  ///< Each "min_x min_y min_z max_x max_y max_z", metres.
-  double keep_passages_m = 0.5;        ///< CoverTask::keep_passages_m.
+  std::vector<double> keep_passages_m{0.5};  ///< One number for all edges of a robot, or three.
 };
 
 /// Whether a file gets boxes, and not a map. @throws std::runtime_error for options that do not fit its

@@ -186,10 +186,11 @@ int run(int argc, char** argv) {
   line.addTexts("keep-free", options.boxes.keep_free,
                 "with --boxes: a box that must stay free, such as the robot: 'min_x min_y min_z "
                 "max_x max_y max_z', in metres");
-  line.addNumber(
+  line.addList(
       "keep-passages", options.boxes.keep_passages_m,
-      "with --boxes: edges of a robot's box in metres; what it can reach in the map stays "
-      "reachable beside the boxes, or the lost places are named; 0: not looked at",
+      "with --boxes: edges x,y,z of a robot's box in metres, or one number for all; what it can "
+      "reach in the map stays reachable beside the boxes, or the lost places are named; 0: not "
+      "looked at",
       {0.0, 1e3});
 #ifdef CUBOID_MAPPING_READS_BAGS
   addBagOptions(line, options.recorded);

@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
 
@@ -187,9 +188,12 @@ TEST(BoxCover, refusesNoBoxesAndEmptyRegions) {
   task.region = {};
   EXPECT_FALSE(coverOccupied(map, task, Budget::unlimited()).fault.empty());
   task.region = kAllCells;
-  task.keep_passages_m = -1.0;
-  EXPECT_FALSE(coverOccupied(map, task, Budget::unlimited()).fault.empty());
-  task.keep_passages_m = 0.5;
+  for (const Eigen::Vector3d& edges :
+       {Eigen::Vector3d(-1.0, -1.0, -1.0), Eigen::Vector3d(0.5, 0.0, 0.5), Eigen::Vector3d(0.5, 0.5, NAN)}) {
+    task.keep_passages_m = edges;
+    EXPECT_FALSE(coverOccupied(map, task, Budget::unlimited()).fault.empty()) << edges.transpose();
+  }
+  task.keep_passages_m.setConstant(0.5);
   task.region = {{100, 100, 100}, {200, 200, 200}};
   EXPECT_TRUE(coverOccupied(map, task, Budget::unlimited())->boxes.empty());
 }
@@ -280,12 +284,12 @@ TEST(BoxCover, keepsTheDoorOpenOrNamesTheLostRoom) {
     const CuboidMap map = makeRooms(random);
     CoverTask task;
     task.max_boxes = i % 2 == 0 ? 2 : 1;  // One box cannot leave a door.
-    task.keep_passages_m = 0.0;
+    task.keep_passages_m.setZero();
     const auto closed = coverOccupied(map, task, Budget::unlimited());
     EXPECT_TRUE(closed.value.lost.empty());
     num_closed += PartsBesideCover(map, closed.value.boxes).numParts() > 1 ? 1 : 0;
 
-    task.keep_passages_m = 5 * map.grid().resolution();
+    task.keep_passages_m.setConstant(5 * map.grid().resolution());
     const auto cover = coverOccupied(map, task, Budget::unlimited());
     const PartsBesideCover beside(map, cover.value.boxes);
     std::map<int, std::size_t> sizes;
@@ -315,6 +319,29 @@ TEST(BoxCover, keepsTheDoorOpenOrNamesTheLostRoom) {
   }
   EXPECT_GT(num_closed, 0);
   EXPECT_GT(num_lost, 0);
+}
+
+TEST(BoxCover, keepsALowPassageOpenForALowRobot) {
+  CuboidMap map;
+  const CellBox storey{{0, 0, 0}, {60, 30, 8}};
+  map.replace(storey, std::vector<UniformBox>{{storey, -1.0F}});
+  const auto fill = [&](const CellBox& box) {
+    map.replace(box, std::vector<UniformBox>{{box, 1.0F}});
+  };
+  fill({{30, 0, 0}, {31, 12, 8}});
+  fill({{30, 12, 3}, {31, 18, 8}});  // A lintel.
+  fill({{30, 18, 0}, {31, 30, 8}});
+  CoverTask task;
+  task.max_boxes = 1;
+  const double edge = map.grid().resolution();
+  task.keep_passages_m.setConstant(5 * edge);
+  EXPECT_TRUE(coverOccupied(map, task, Budget::unlimited()).value.lost.empty()) << "too high";
+  task.keep_passages_m.z() = 3 * edge;
+  EXPECT_EQ(coverOccupied(map, task, Budget::unlimited()).value.lost.size(), 1U);
+  task.max_boxes = 3;
+  const auto cover = coverOccupied(map, task, Budget::unlimited());
+  EXPECT_TRUE(cover.isFound());
+  EXPECT_TRUE(cover.value.lost.empty());
 }
 
 /// A storey of 16 rooms with things in them, and a door of 6 voxels in each wall.
@@ -354,7 +381,7 @@ TEST(BoxCover, keepsTheDoorsOfManyRoomsOpenWithFewBoxes) {
     const CuboidMap map = makeStorey(random);
     CoverTask task;
     task.max_boxes = 40;
-    task.keep_passages_m = 5 * map.grid().resolution();
+    task.keep_passages_m.setConstant(5 * map.grid().resolution());
     const auto cover = coverOccupied(map, task, Budget::unlimited());
     EXPECT_TRUE(cover.isFound());
     EXPECT_LE(cover.value.boxes.size(), 40U);

@@ -53,6 +53,10 @@ def test_few_boxes_cover_the_walls(room):
             room.cover_occupied(5, wrong)
         with pytest.raises(ValueError, match='keep_free'):
             room.cover_occupied(5, keep_free=[wrong])
+    assert len(room.cover_occupied(20, keep_passages=(0.3, 0.3, 0.2)).boxes) <= 20
+    for wrong in (-1, (0.5, 0.5), (0.5, np.nan, 0.5), (0.5, 0, 0.5)):
+        with pytest.raises(ValueError, match='keep_passages'):
+            room.cover_occupied(5, keep_passages=wrong)
 
 
 @pytest.mark.parametrize('overlap', [False, True])

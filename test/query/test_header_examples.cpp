@@ -255,7 +255,7 @@ TEST_F(HeaderExamples, ofACover) {
   // Example of boxes/box_cover.h:
   CoverTask task;
   task.max_boxes = 10;
-  task.keep_passages_m = 0.6;  // Doors stay open for a robot with edges of 0.6 m.
+  task.keep_passages_m = {0.6, 0.6, 1.0};  // Doors stay open for this robot.
   const auto cover = coverOccupied(map, task, Budget::unlimited());
   if (cover.isNotFound()) std::cout << cover.value.boxes.size() << " boxes are needed\n";
   if (cover.isFound()) std::cout << cover->added_volume_m3 << " m3 more than the obstacles\n";

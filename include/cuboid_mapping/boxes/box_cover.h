@@ -2,7 +2,7 @@
 // Example:
 //     CoverTask task;
 //     task.max_boxes = 10;
-//     task.keep_passages_m = 0.6;  // Doors stay open for a robot with edges of 0.6 m.
+//     task.keep_passages_m = {0.6, 0.6, 1.0};  // Doors stay open for this robot.
 //     const auto cover = coverOccupied(map, task, Budget::unlimited());
 //     if (cover.isNotFound()) std::cout << cover.value.boxes.size() << " boxes are needed\n";
 //     if (cover.isFound()) std::cout << cover->added_volume_m3 << " m3 more than the obstacles\n";
@@ -11,6 +11,8 @@
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/query/answer.h"
 #include "cuboid_mapping/query/budget.h"
+
+#include <Eigen/Core>
 
 #include <cstddef>
 #include <vector>
@@ -22,8 +24,9 @@ struct CoverTask {
   std::size_t max_boxes = 0;       ///< Maximum number of boxes, > 0.
   CellBox region = kAllCells;      ///< Only voxels inside are covered; boxes stay inside.
   std::vector<CellBox> keep_free;  ///< No box of the answer shares a voxel with one of these.
-  /// Edges of a robot's box, >= 0: what that robot can reach stays reachable, see BoxCover::lost. 0: not looked at.
-  double keep_passages_m = 0.5;
+  /// Edges of a robot's box, which does not turn: what that robot can reach stays reachable, see BoxCover::lost.
+  /// All > 0, or all 0: not looked at.
+  Eigen::Vector3d keep_passages_m = Eigen::Vector3d::Constant(0.5);
   /// Boxes of the last answer. Those that still fit are taken over, at their places in the list.
   std::vector<CellBox> previous;
 };
@@ -60,7 +63,7 @@ struct BoxCover {
 ///   - max_boxes suffice for the joined cuboids: these, without added volume;
 ///   - more than max_boxes are needed, because CoverTask::keep_free lies between the voxels, or because a box
 ///     around them has more than 2^22 bricks: kNotFound, with as few boxes as the search has found;
-///   - max_boxes is 0, the region is empty, or keep_passages_m is negative or not finite: kInvalid.
+///   - max_boxes is 0, the region is empty, or keep_passages_m neither zero nor finite and > 0: kInvalid.
 ///
 /// @param budget  Entries are boxes.
 /// @complexity About O(n log n) box unions for n joined cuboids, each O(bricks of the union).

@@ -8,7 +8,6 @@
 #include "cuboid_mapping/geometry/box_faces.h"
 
 #include <algorithm>
-#include <cmath>
 #include <iterator>
 #include <utility>
 
@@ -219,13 +218,12 @@ class CoverSearch {
 }  // namespace
 
 Answer<BoxCover> coverOccupied(const CuboidMap& map, const CoverTask& task, Budget& budget) {
-  const Eigen::Vector3d robot_m = Eigen::Vector3d::Constant(task.keep_passages_m);
-  const bool has_robot = task.keep_passages_m > 0.0;
-  const auto robot = map.grid().toSizeInCells(robot_m);
-  if (task.max_boxes == 0 || task.region.isEmpty() || task.keep_passages_m < 0.0 ||
-      (has_robot && !robot) || std::isnan(task.keep_passages_m)) {
+  const bool has_robot = !task.keep_passages_m.isZero(0.0);
+  const auto robot = map.grid().toSizeInCells(task.keep_passages_m);
+  if (task.max_boxes == 0 || task.region.isEmpty() || (has_robot && !robot)) {
     return Answer<BoxCover>::invalid(
-        "max_boxes must be > 0, the region not empty, and keep_passages finite and >= 0");
+        "max_boxes must be > 0, the region not empty, and the edges of keep_passages finite and > "
+        "0, or all 0");
   }
   if (!budget.spend(map.voxels().maxBricksIn(task.region))) return AnswerStatus::kBudgetSpent;
   const CuboidMap still = copyOf(map, task.region);

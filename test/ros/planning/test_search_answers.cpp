@@ -125,18 +125,19 @@ TEST_F(SearchAnswers, CoverARegionByFewBoxes) {
   request.everything = true;
   request.classes = GetCuboids::Request::OCCUPIED;
   request.max_boxes = 1;
-  request.keep_passages = -1.0;
+  request.keep_passages.x = request.keep_passages.y = request.keep_passages.z = -1.0;
   auto response = answer<GetCuboids>(in_frame_, request);
   expectHead(response);
   ASSERT_EQ(response.cuboids.size(), 1U);
   EXPECT_NEAR(volumeOf(response), 0.1, 1e-9) << "the wall with the door";
   EXPECT_NEAR(response.added_volume, 0.03, 1e-9);
   EXPECT_TRUE(response.lost.empty());
-  request.keep_passages = 0.3;
+  request.keep_passages.x = request.keep_passages.y = 0.3;
+  request.keep_passages.z = 0.2;
   response = answer<GetCuboids>(in_frame_, request);
   ASSERT_EQ(response.lost.size(), 1U) << "one side of the wall";
   expectNear(response.lost[0].max, response.lost[0].min.x + 0.3, response.lost[0].min.y + 0.3,
-             response.lost[0].min.z + 0.3);
+             response.lost[0].min.z + 0.2);
 
   request.max_boxes = 2;
   response = answer<GetCuboids>(in_frame_, request);
@@ -156,7 +157,7 @@ TEST_F(SearchAnswers, CoverARegionByFewBoxes) {
   request.keep_free = {box({1.0, 0.1, 0.1}, {1.1, 0.2, 0.2})};
   expectRefusal(answer<GetCuboids>(in_frame_, request), "boxes are needed");
   request.keep_free.clear();
-  request.keep_passages = std::numeric_limits<double>::quiet_NaN();
+  request.keep_passages.y = std::numeric_limits<double>::quiet_NaN();
   expectRefusal(answer<GetCuboids>(in_frame_, request), "keep_passages");
 }
 

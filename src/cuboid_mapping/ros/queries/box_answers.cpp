@@ -76,9 +76,12 @@ CoverTask readCover(ServiceCall& call, const GetCuboids::Request& request, const
   task.region = region;
   task.keep_free = call.boxes(request.keep_free, 0.0, kKeepFree);
   task.previous = call.boxes(request.previous, 0.0, kPrevious);
-  if (!std::isfinite(request.keep_passages)) throw Refusal("keep_passages must be finite");
-  if (request.keep_passages != 0.0) {
-    task.keep_passages_m = std::max(0.0, static_cast<double>(request.keep_passages));
+  const Eigen::Vector3d robot_m(request.keep_passages.x, request.keep_passages.y,
+                                request.keep_passages.z);
+  if ((robot_m.array() < 0.0).all()) {
+    task.keep_passages_m.setZero();
+  } else if (!robot_m.isZero(0.0)) {
+    task.keep_passages_m = call.size(request.keep_passages, 0.0, "keep_passages");
   }
   return task;
 }

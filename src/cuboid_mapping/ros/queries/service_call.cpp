@@ -138,16 +138,17 @@ Eigen::Vector3d ServiceCall::direction(const geometry_msgs::Vector3& direction,
   return to_map_.linear() * vector.stableNormalized();
 }
 
-Eigen::Vector3d ServiceCall::edges(const geometry_msgs::Vector3& size) {
+Eigen::Vector3d ServiceCall::edges(const geometry_msgs::Vector3& size, const char* name) {
   Eigen::Vector3d edges(size.x, size.y, size.z);
   if (!edges.allFinite() || !(edges.array() > 0.0).all()) {
-    throw Refusal("size " + toText(edges) + ": every edge must be a number > 0, in metres");
+    throw Refusal(std::string(name) + ' ' + toText(edges) + ": every edge must be a number > 0, in metres");
   }
   return edges;
 }
 
-Eigen::Vector3d ServiceCall::size(const geometry_msgs::Vector3& size, double inflation_m) {
-  const Eigen::Vector3d edges = ServiceCall::edges(size);
+Eigen::Vector3d ServiceCall::size(const geometry_msgs::Vector3& size, double inflation_m,
+                                  const char* name) {
+  const Eigen::Vector3d edges = ServiceCall::edges(size, name);
   info_.enclosing = static_cast<std::uint8_t>(is_turned_);
   return (to_map_.linear().cwiseAbs() * edges).array() +
          2.0 * notNegative(inflation_m, "inflation");

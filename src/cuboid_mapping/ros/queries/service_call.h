@@ -94,10 +94,12 @@ class ServiceCall {
   [[nodiscard]] Eigen::Vector3d direction(const geometry_msgs::Vector3& direction,
                                           const FieldName& field) const;
   /// Edges, finite and > 0, in the frame of the request.
-  [[nodiscard]] static Eigen::Vector3d edges(const geometry_msgs::Vector3& size);
+  [[nodiscard]] static Eigen::Vector3d edges(const geometry_msgs::Vector3& size,
+                                             const char* name = "size");
   /// Edges, > 0, of the smallest box along the map's axes that contains a box with these edges and inflation on
   /// all sides.
-  [[nodiscard]] Eigen::Vector3d size(const geometry_msgs::Vector3& size, double inflation_m);
+  [[nodiscard]] Eigen::Vector3d size(const geometry_msgs::Vector3& size, double inflation_m,
+                                     const char* name = "size");
   /// A box with min < max, inflated, as the voxels that it overlaps.
   [[nodiscard]] CellBox box(const Box& box, double inflation_m, const FieldName& field);
   /// Boxes, within the limits.
