@@ -189,7 +189,8 @@ TEST(BoxCover, refusesNoBoxesAndEmptyRegions) {
   EXPECT_FALSE(coverOccupied(map, task, Budget::unlimited()).fault.empty());
   task.region = kAllCells;
   for (const Eigen::Vector3d& edges :
-       {Eigen::Vector3d(-1.0, -1.0, -1.0), Eigen::Vector3d(0.5, 0.0, 0.5), Eigen::Vector3d(0.5, 0.5, NAN)}) {
+       {Eigen::Vector3d(-1.0, -1.0, -1.0), Eigen::Vector3d(0.5, 0.0, 0.5),
+        Eigen::Vector3d(0.5, 0.5, NAN)}) {
     task.keep_passages_m = edges;
     EXPECT_FALSE(coverOccupied(map, task, Budget::unlimited()).fault.empty()) << edges.transpose();
   }

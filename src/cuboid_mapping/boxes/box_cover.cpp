@@ -113,7 +113,7 @@ class CoverSearch {
     }
   }
 
-  /// Begins with twice as many boxes, beside which ways stay open at little cost, and unites two by two while they do: few boxes
+  /// Begins with three times as many boxes, beside which ways stay open at little cost, and unites two by two while they do: few boxes
   /// close so much that ways between them are found only far from the best. @return Whether max_boxes suffice; else
   /// nothing changes.
   bool uniteBeside(Passages& passages) {
@@ -121,7 +121,7 @@ class CoverSearch {
     const std::vector<LostPassage> lost_before = lost_;
     const std::vector<CellBox> keep_free_before = keep_free_;
     keep_free_ = task_.keep_free;
-    max_boxes_ *= 2;
+    max_boxes_ *= 3;
     run();
     lost_ = passages.findLost(coverOf(boxes_));
     constexpr int kRounds = 20;
@@ -130,43 +130,18 @@ class CoverSearch {
     const auto is_open = [&](const std::vector<CellBox>& boxes) {
       return passages.findLost(coverOf(boxes)).empty() && !budget_.isSpent();
     };
-    bool is_united = lost_.empty();
-    while (is_united && boxes_.size() > max_boxes_) is_united = uniteTwo(is_open);
-    if (!is_united) {
+    BoxMerger merger(boxes_, keep_free_, cost_, budget_, is_open);
+    if (lost_.empty()) merger.mergeTo(max_boxes_);
+    if (merger.boxes().size() > max_boxes_) {
       boxes_ = boxes_before;
       lost_ = lost_before;
       keep_free_ = keep_free_before;
       return false;
     }
-    CoverExchange exchange(voxels_, boxes_, keep_free_, cost_, budget_, is_open);
+    CoverExchange exchange(voxels_, merger.boxes(), keep_free_, cost_, budget_, is_open);
     exchange.improve(max_boxes_);
     boxes_ = exchange.boxes();
     return true;
-  }
-
-  /// Unites the two boxes at the least cost beside which all ways are open. @return Whether there are any.
-  bool uniteTwo(const CoverTest& is_open) {
-    const VoxelSet cover = coverOf(boxes_);
-    std::vector<std::pair<double, CellBox>> unions;
-    for (std::size_t i = 0; i < boxes_.size() && budget_.spendAndUnlock(); ++i) {
-      for (std::size_t k = 0; k < i; ++k) {
-        const CellBox both = unite(boxes_[i], boxes_[k]);
-        if (isAllowed(both, keep_free_)) unions.emplace_back(cost_.ofBox(both, cover), both);
-      }
-    }
-    std::stable_sort(unions.begin(), unions.end(),
-                     [](const auto& a, const auto& b) { return a.first < b.first; });
-    for (const auto& item : unions) {
-      const CellBox& both = item.second;
-      std::vector<CellBox> boxes{both};
-      std::copy_if(boxes_.begin(), boxes_.end(), std::back_inserter(boxes),
-                   [&](const CellBox& box) { return !both.contains(box); });
-      if (!budget_.checkClock()) return false;
-      if (!is_open(boxes)) continue;
-      boxes_.swap(boxes);
-      return true;
-    }
-    return false;
   }
 
   [[nodiscard]] VoxelSet coverOf(const std::vector<CellBox>& boxes) const {

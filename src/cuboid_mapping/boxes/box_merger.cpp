@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
+#include <utility>
 
 namespace cuboid_mapping {
 
@@ -17,12 +19,20 @@ bool isAllowed(const CellBox& both, const std::vector<CellBox>& keep_free) {
                       [&](const CellBox& kept) { return !intersect(both, kept).isEmpty(); });
 }
 
+std::vector<CellBox> withUnion(const std::vector<CellBox>& boxes, const CellBox& both) {
+  std::vector<CellBox> united{both};
+  std::copy_if(boxes.begin(), boxes.end(), std::back_inserter(united),
+               [&](const CellBox& box) { return !both.contains(box); });
+  return united;
+}
+
 BoxMerger::BoxMerger(const std::vector<CellBox>& boxes, const std::vector<CellBox>& keep_free,
-                     const CoverCost& cost, Budget& budget)
+                     const CoverCost& cost, Budget& budget, CoverTest may_take)
     : boxes_(boxes),
       keep_free_(keep_free),
       cost_(cost),
       budget_(budget),
+      may_take_(std::move(may_take)),
       covered_(budget),
       num_left_(boxes.size()) {
   for (const CellBox& box : boxes) covered_.add(box);
@@ -87,7 +97,12 @@ void BoxMerger::findPartner(Index box) {
   for (const Index other : groups_[group_of_[box]]) {
     if (other == box || boxes_[other].isEmpty()) continue;
     const std::pair<double, Index> candidate{countOutside(mine, boxes_[other]), other};
-    if (!(candidate < best.back()) || !isAllowed(unite(mine, boxes_[other]), keep_free_)) continue;
+    if (!(candidate < best.back())) continue;
+    const CellBox both = unite(mine, boxes_[other]);
+    const auto is_in_both = [&](const CellBox& refused) { return both.contains(refused); };
+    if (!isAllowed(both, keep_free_) || std::any_of(refused_.begin(), refused_.end(), is_in_both)) {
+      continue;
+    }
     best.back() = candidate;
     for (std::size_t i = best.size() - 1; i > 0 && best[i] < best[i - 1]; --i) {
       std::swap(best[i], best[i - 1]);
@@ -107,12 +122,20 @@ void BoxMerger::mergeInGroups(std::size_t max_boxes) {
     const Item item = queue_.top();
     queue_.pop();
     if (boxes_[item.first].isEmpty()) continue;
-    if (boxes_[item.second].isEmpty()) {
+    if (boxes_[item.second].isEmpty() ||
+        !mayUnite(unite(boxes_[item.first], boxes_[item.second]))) {
       findPartner(item.first);
     } else {
       merge(item.first, item.second);
     }
   }
+}
+
+bool BoxMerger::mayUnite(const CellBox& both) {
+  if (!may_take_) return true;
+  if (may_take_(withUnion(boxes_, both))) return true;
+  refused_.push_back(both);
+  return false;
 }
 
 /// The union gets a new number, so that queued unions with either of the two are recognised as outdated.

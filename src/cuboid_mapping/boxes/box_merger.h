@@ -17,6 +17,10 @@ namespace cuboid_mapping {
 /// remote voxels cost no memory.
 [[nodiscard]] bool isAllowed(const CellBox& both, const std::vector<CellBox>& keep_free);
 
+/// The union of two boxes, and the boxes that it does not contain.
+[[nodiscard]] std::vector<CellBox> withUnion(const std::vector<CellBox>& boxes,
+                                             const CellBox& both);
+
 /// Unites boxes two by two; each step unites the two at the least cost of the voxels that they add.
 ///
 /// Each box has one partner, the best of those near it, and waits in a queue ordered by the cost of their union.
@@ -26,8 +30,9 @@ namespace cuboid_mapping {
 class BoxMerger {
  public:
   /// @param keep_free  Must outlive this object, as must cost and budget.
+  /// @param may_take  Asked about the boxes with each union; empty: all may be taken.
   BoxMerger(const std::vector<CellBox>& boxes, const std::vector<CellBox>& keep_free,
-            const CoverCost& cost, Budget& budget);
+            const CoverCost& cost, Budget& budget, CoverTest may_take = {});
 
   /// Unites boxes until this number is reached, no union is allowed, or the budget is spent.
   void mergeTo(std::size_t max_boxes);
@@ -57,6 +62,7 @@ class BoxMerger {
   void splitGroup(std::vector<Index>& group, std::size_t size);
   void findPartner(Index box);
   void mergeInGroups(std::size_t max_boxes);
+  [[nodiscard]] bool mayUnite(const CellBox& both);
   void merge(Index first, Index second);
   void removeGone();
 
@@ -64,6 +70,8 @@ class BoxMerger {
   const std::vector<CellBox>& keep_free_;
   const CoverCost& cost_;
   Budget& budget_;
+  CoverTest may_take_;
+  std::vector<CellBox> refused_;  ///< Unions that may_take_ refused.
   VoxelSet covered_;
   std::size_t num_left_;
   std::vector<std::vector<Index>> groups_;

@@ -4,7 +4,13 @@
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/query/voxel_set.h"
 
+#include <functional>
+#include <vector>
+
 namespace cuboid_mapping {
+
+/// Whether a cover may be taken. If it may not, no cover that contains it may.
+using CoverTest = std::function<bool(const std::vector<CellBox>& boxes)>;
 
 /// Cost of the voxels that a cover adds: 1 for an unknown voxel, more for a known free one, because robots drive
 /// there.

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
 
 namespace cuboid_mapping {
 namespace {
@@ -132,8 +131,11 @@ bool CoverExchange::tryExchange(const Split& split, std::size_t max_boxes) {
   std::vector<CellBox> boxes = boxes_;
   boxes[split.box] = split.lower;
   boxes.push_back(split.upper);
-  if (boxes.size() > max_boxes && !uniteBest(boxes)) return false;
-  return takeIfBetter(shrink(std::move(boxes)));
+  if (boxes.size() <= max_boxes) return takeIfBetter(shrink(std::move(boxes)));
+  const std::vector<CellBox> unions = findUnions(boxes);
+  return std::any_of(unions.begin(), unions.end(), [&](const CellBox& both) {
+    return takeIfBetter(shrink(withUnion(boxes, both)));
+  });
 }
 
 bool CoverExchange::takeIfBetter(std::vector<CellBox> boxes) {
@@ -146,36 +148,26 @@ bool CoverExchange::takeIfBetter(std::vector<CellBox> boxes) {
   return true;
 }
 
-/// Unites the two boxes at the least cost of the voxels that this adds. @return Whether a union was allowed.
-bool CoverExchange::uniteBest(std::vector<CellBox>& boxes) const {
-  struct Union {
-    double num_outside;
-    std::size_t first;
-    std::size_t second;
-  };
+/// The unions of two boxes that add the fewest voxels, at the least cost first.
+std::vector<CellBox> CoverExchange::findUnions(const std::vector<CellBox>& boxes) const {
+  using Union = std::pair<double, CellBox>;
+  const auto is_less = [](const Union& a, const Union& b) { return a.first < b.first; };
   std::vector<Union> unions;
   for (std::size_t i = 0; i < boxes.size(); ++i) {
-    for (std::size_t k = 0; k < i; ++k) unions.push_back({countOutside(boxes[i], boxes[k]), k, i});
+    for (std::size_t k = 0; k < i; ++k) {
+      const CellBox both = unite(boxes[i], boxes[k]);
+      if (isAllowed(both, keep_free_)) unions.emplace_back(countOutside(boxes[i], boxes[k]), both);
+    }
   }
-  const auto is_less = [](const Union& a, const Union& b) { return a.num_outside < b.num_outside; };
   std::stable_sort(unions.begin(), unions.end(), is_less);
+  unions.resize(std::min(unions.size(), kExactUnions));
   VoxelSet covered(budget_);
   for (const CellBox& box : boxes) covered.add(box);
-  double least = std::numeric_limits<double>::infinity();
-  const Union* best = nullptr;
-  std::size_t num_tried = 0;
-  for (const Union& candidate : unions) {
-    const CellBox both = unite(boxes[candidate.first], boxes[candidate.second]);
-    if (!isAllowed(both, keep_free_)) continue;
-    const double cost = cost_.ofBox(both, covered);
-    if (cost < least) best = &candidate;
-    least = std::min(least, cost);
-    if (++num_tried == kExactUnions) break;
-  }
-  if (best == nullptr) return false;
-  boxes[best->first] = unite(boxes[best->first], boxes[best->second]);
-  boxes.erase(boxes.begin() + static_cast<std::ptrdiff_t>(best->second));
-  return true;
+  for (auto& [cost, both] : unions) cost = cost_.ofBox(both, covered);
+  std::stable_sort(unions.begin(), unions.end(), is_less);
+  std::vector<CellBox> best;
+  for (const Union& candidate : unions) best.push_back(candidate.second);
+  return best;
 }
 
 }  // namespace cuboid_mapping

@@ -3,15 +3,11 @@
 
 #include "cuboid_mapping/boxes/cover_cost.h"
 
-#include <functional>
 #include <optional>
 #include <utility>
 #include <vector>
 
 namespace cuboid_mapping {
-
-/// Whether a cover may be taken.
-using CoverTest = std::function<bool(const std::vector<CellBox>& boxes)>;
 
 /// Reduces the cost of a cover: shrinks each box to the voxels that no other box covers, and splits one
 /// box if two others can be united for less.
@@ -57,7 +53,7 @@ class CoverExchange {
   [[nodiscard]] std::vector<CellBox> shrink(std::vector<CellBox> boxes) const;
   [[nodiscard]] std::vector<Split> findSplits() const;
   [[nodiscard]] Split findSplit(std::size_t box) const;
-  [[nodiscard]] bool uniteBest(std::vector<CellBox>& boxes) const;
+  [[nodiscard]] std::vector<CellBox> findUnions(const std::vector<CellBox>& boxes) const;
   bool tryExchange(const Split& split, std::size_t max_boxes);
   bool takeIfBetter(std::vector<CellBox> boxes);
 

@@ -184,6 +184,10 @@ TEST_F(ServiceLimitsTest, EndTheSearchForACorridor) {
   const auto cut = answer<FindCorridor>(withBricks(30), request);
   expectCut(cut, " bricks");
   EXPECT_EQ(cut.result, FindCorridor::Response::TIME_LIMIT);
+  request.time_limit = 1e-9;
+  const auto late = answer<FindCorridor>(in_frame_, request);
+  expectCut(late, "its time_limit of 1e-09 s");
+  EXPECT_EQ(late.result, FindCorridor::Response::TIME_LIMIT);
 }
 
 TEST_F(ServiceLimitsTest, RefuseRequestsWithTooManyEntries) {

@@ -141,7 +141,8 @@ Eigen::Vector3d ServiceCall::direction(const geometry_msgs::Vector3& direction,
 Eigen::Vector3d ServiceCall::edges(const geometry_msgs::Vector3& size, const char* name) {
   Eigen::Vector3d edges(size.x, size.y, size.z);
   if (!edges.allFinite() || !(edges.array() > 0.0).all()) {
-    throw Refusal(std::string(name) + ' ' + toText(edges) + ": every edge must be a number > 0, in metres");
+    throw Refusal(std::string(name) + ' ' + toText(edges) +
+                  ": every edge must be a number > 0, in metres");
   }
   return edges;
 }
@@ -268,7 +269,11 @@ void ServiceCall::fillInfo(const CuboidMap& content, const ros::Time& stamp) {
 void ServiceCall::noteEnd(const Budget& budget, const std::string& advice) {
   if (!budget.isSpent()) return;
   info_.truncated = static_cast<std::uint8_t>(true);
-  info_.message = explain(budget.whyEnded(), map_.limits) + "; " + advice;
+  const bool is_own_limit =
+      budget.whyEnded() == BudgetLimit::kTime && time_limit_s_ < map_.limits.max_time_s;
+  info_.message = (is_own_limit ? "ended by its time_limit of " + toText(time_limit_s_) + " s"
+                                : explain(budget.whyEnded(), map_.limits)) +
+                  "; " + advice;
 }
 
 void ServiceCall::noteAnswered(const Entries& entries, std::size_t num_answered,

@@ -128,6 +128,7 @@ class ServiceCall {
   template <typename WorkT>
   void read(std::size_t entry_bytes, const WorkT& work,
             double max_time_s = std::numeric_limits<double>::infinity()) {
+    time_limit_s_ = max_time_s;
     map_.map.readInTurns(limits(entry_bytes, max_time_s), map_.is_stopped,
                          [&](const CuboidMap& content, const ros::Time& stamp, Budget& budget) {
                            fillInfo(content, stamp);
@@ -178,8 +179,9 @@ class ServiceCall {
   const MapInFrame& map_;
   PageHold hold_;              ///< Keeps pages in memory until the end.
   std::size_t num_pages_ = 0;  ///< Number of pages loaded for the request.
-  Eigen::Isometry3d to_map_ = Eigen::Isometry3d::Identity();  ///< From the request's frame.
-  bool is_turned_ = false;                                    ///< By no multiple of 90 degrees.
+  Eigen::Isometry3d to_map_ = Eigen::Isometry3d::Identity();       ///< From the request's frame.
+  double time_limit_s_ = std::numeric_limits<double>::infinity();  ///< Of the request.
+  bool is_turned_ = false;  ///< By no multiple of 90 degrees.
   AnswerInfo info_;
 };
 
