@@ -9,6 +9,7 @@
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/io/text.h"
 
+#include <algorithm>
 #include <stdexcept>
 
 namespace cuboid_mapping {
@@ -74,10 +75,14 @@ std::string describe(const BoxCover& cover, const Grid& grid) {
   if (cover.left_out_volume_m3 > 0.0) {
     text += ", " + volume(cover.left_out_volume_m3) + " occupied left out by --keep-free";
   }
-  for (const CellBox& place : cover.lost) {
+  constexpr std::size_t kMostNamed = 10;
+  for (std::size_t i = 0; i < std::min(cover.lost.size(), kMostNamed); ++i) {
     std::ostringstream out;
-    out << grid.centerOf(place).transpose();
+    out << grid.centerOf(cover.lost[i]).transpose();
     text += "\nno longer reachable beside the boxes (--keep-passages): " + out.str();
+  }
+  if (cover.lost.size() > kMostNamed) {
+    text += "\nand " + counted(cover.lost.size() - kMostNamed, "other place");
   }
   return text;
 }

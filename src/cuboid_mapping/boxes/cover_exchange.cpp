@@ -148,7 +148,7 @@ bool CoverExchange::takeIfBetter(std::vector<CellBox> boxes) {
   return true;
 }
 
-/// The unions of two boxes that add the fewest voxels, at the least cost first.
+/// The union of two boxes at the least cost, and others in case that it may not be taken.
 std::vector<CellBox> CoverExchange::findUnions(const std::vector<CellBox>& boxes) const {
   using Union = std::pair<double, CellBox>;
   const auto is_less = [](const Union& a, const Union& b) { return a.first < b.first; };
@@ -165,6 +165,7 @@ std::vector<CellBox> CoverExchange::findUnions(const std::vector<CellBox>& boxes
   for (const CellBox& box : boxes) covered.add(box);
   for (auto& [cost, both] : unions) cost = cost_.ofBox(both, covered);
   std::stable_sort(unions.begin(), unions.end(), is_less);
+  if (!may_take_ && unions.size() > 1) unions.resize(1);
   std::vector<CellBox> best;
   for (const Union& candidate : unions) best.push_back(candidate.second);
   return best;
