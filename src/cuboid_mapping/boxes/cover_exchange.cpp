@@ -167,6 +167,7 @@ std::vector<CellBox> CoverExchange::findUnions(const std::vector<CellBox>& boxes
   std::stable_sort(unions.begin(), unions.end(), is_less);
   if (!may_take_ && unions.size() > 1) unions.resize(1);
   std::vector<CellBox> best;
+  best.reserve(unions.size());
   for (const Union& candidate : unions) best.push_back(candidate.second);
   return best;
 }
