@@ -309,6 +309,13 @@ void BagClouds::report(const LeftOutClouds& left_out) const {
     say({cuboid_mapping::counted(statistics_.num_odd_times, "point") +
          " left out, whose time is not within the sweep of its cloud"});
   }
+  constexpr std::uint64_t kNotable = 5;  ///< A fifth of the points.
+  const std::uint64_t num_read = statistics_.num_filtered + statistics_.num_points;
+  if (kNotable * statistics_.num_filtered > num_read) {
+    say({std::to_string(100 * statistics_.num_filtered / num_read) +
+         " % of the points left out by "
+         "sensor_model/min_range, pointcloud_min_* and pointcloud_max_*"});
+  }
   say(bags_.describeDamage());
 }
 

@@ -17,6 +17,7 @@
 #include <iomanip>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 
@@ -46,6 +47,8 @@ class BagMap {
 
   void put(const cuboid_mapping::ScanUpdate& update, const BagClouds::Origin& origin,
            const cuboid_mapping::SensorModel& model) {
+    if (!first_place_map_) first_place_map_ = origin.window_center_map;
+    last_place_map_ = origin.window_center_map;
     const auto& taken = moving_.take(update, origin.window_center_map);
     if (window_) {
       cuboid_mapping::ChangeSet changes;
@@ -74,6 +77,15 @@ class BagMap {
 
   [[nodiscard]] const cuboid_mapping::CuboidMap& map() const { return map_; }
 
+  /// Text such as "the sensor moved from (0, 0, 0.4) to (3.2, 1, 0.4)": places for the first questions to the map.
+  [[nodiscard]] std::string describeWay() const {
+    const auto text = [](const Eigen::Vector3d& place_map) {
+      return cuboid_mapping::toText(Eigen::Vector3d((100.0 * place_map).array().round() / 100.0));
+    };
+    return "the sensor moved from " + text(first_place_map_.value_or(last_place_map_)) + " to " +
+           text(last_place_map_);
+  }
+
  private:
   /// A node continues after a failure of the window; this program would end with an incomplete map.
   void throwIfFailed() const {
@@ -85,6 +97,8 @@ class BagMap {
   cuboid_mapping::CuboidMap map_;
   Forgetting forgetting_;
   MovingFilter moving_;
+  std::optional<Eigen::Vector3d> first_place_map_;
+  Eigen::Vector3d last_place_map_ = Eigen::Vector3d::Zero();
   std::unique_ptr<cuboid_mapping::MapWindow> window_;
 };
 
@@ -104,6 +118,7 @@ void putAll(BagClouds& clouds, BagMap& map) {
     throw std::runtime_error("none of " + counted(statistics.num_received, "cloud") +
                              " could be used: nothing was written");
   }
+  std::cerr << "bag_to_map: " << map.describeWay() << std::endl;
 }
 
 /// Warns if nothing in the map is occupied.

@@ -156,6 +156,15 @@ class DocumentsTest(unittest.TestCase):
                             self.check_command(*words)
         self.assertGreater(num_commands, 40)
 
+    def test_rosrun_finds_one_program_of_a_name(self):
+        """rosrun also takes executable files of the sources: those that are installed must not be."""
+        installed = (ROOT / 'cmake' / 'ros_package.cmake').read_text()
+        for folder in ('python', 'examples'):
+            for file in (ROOT / folder).rglob('*'):
+                if file.is_file() and f'{file.relative_to(ROOT)}' in installed:
+                    with self.subTest(file=file.name):
+                        self.assertFalse(os.access(file, os.X_OK))
+
     def check_command(self, program, *words):
         """Each program, launch file, service, script and option exists; other tests check that it works."""
         built = '\n'.join((ROOT / path).read_text() for path in (

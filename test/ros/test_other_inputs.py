@@ -79,6 +79,12 @@ class OtherInputsTest(InputCase):
         self.map_records(records, '--set', 'sensor_model/max_range=100')
         self.assertEqual(self.voxels(), {tuple(np.round(point, 2)) for point in points[1:]})
 
+    def test_points_cut_off_by_a_limit_and_the_way_of_the_sensor_are_named(self):
+        high = [(x, y, 3.05) for x, y, _ in ROW]
+        said = self.map_records(clouds(make_cloud(ROW + high)) + [STATIC], '--set', 'pointcloud_max_z=2')
+        self.assertIn('50 % of the points left out by sensor_model/min_range, pointcloud_min_*', said)
+        self.assertIn('the sensor moved from (0, 0, 0) to (0, 0, 0)', said)
+
     def test_points_in_a_far_frame_are_named(self):
         far = np.array(ROW * 30) + (466880.0, 5572094.0, 330.0)
         said = self.map_records(clouds(make_cloud(far, kind='<f8')) + [STATIC])

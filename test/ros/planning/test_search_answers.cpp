@@ -80,6 +80,7 @@ TEST_F(SearchAnswers, TellTheNearestPlaceOfABox) {
   expectNear(response.place[0], 1.05, 0.45, 0.5);
   EXPECT_NEAR(response.distance[1], std::hypot(0.2, 0.05), 1e-6);
   EXPECT_EQ(response.distance[2], INFINITY);
+  EXPECT_NE(response.info.message.find("1 point without a place"), std::string::npos);
   request.unknown = FindNearestFree::Request::UNKNOWN_FREE;
   EXPECT_TRUE(answer<FindNearestFree>(in_frame_, request).found[2]);
   request.max_distance = 0.0;

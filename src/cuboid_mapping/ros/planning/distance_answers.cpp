@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Answers about distances to obstacles, the nearest cuboids and places, and frontiers.
+#include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/query/fit_query.h"
 #include "cuboid_mapping/query/frontier_query.h"
 #include "cuboid_mapping/query/nearest_query.h"
@@ -148,6 +149,13 @@ void answer(ServiceCall& call, const FindNearestFree::Request& request,
     response.distance[i] = place->distance_m;
   };
   call.readEach(kPlacePoints, points.size(), answer_point);
+  const auto num_without = std::count(response.found.begin(), response.found.end(), 0);
+  if (num_without == 0 || !call.info().message.empty()) return;
+  call.info().message =
+      counted(static_cast<std::uint64_t>(num_without), "point") +
+      " without a place for the box within max_distance" +
+      (policy == UnknownPolicy::kObstacle ? ": unknown space is an obstacle, unless unknown is 1"
+                                          : "");
 }
 
 }  // namespace cuboid_mapping_ros
