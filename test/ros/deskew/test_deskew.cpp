@@ -200,6 +200,10 @@ TEST(Sweep, IsDividedByTime) {
   EXPECT_EQ(*findSlices({0.0, 1.0}), Slices{0});
   EXPECT_FALSE(findSlices({0.0, 1.0, 3.6}));
   EXPECT_FALSE(findSlices({-1.5}));
+  EXPECT_FALSE(findSlices({0.5, 0.6})) << "nanoseconds of the second, or times of another cloud";
+  EXPECT_FALSE(findSlices({-0.5, -0.4}));
+  EXPECT_TRUE(findSlices({0.1, 0.2})) << "stamped a sweep too early";
+  EXPECT_TRUE(findSlices({0.09, 0.1}));
   EXPECT_FALSE(findSlices({std::numeric_limits<double>::quiet_NaN()}));
   EXPECT_TRUE(findSlices({0.9999, -0.9999}));
   EXPECT_TRUE(findSlices({std::nextafter(1.0, 0.0), std::nextafter(-1.0, 0.0)}));

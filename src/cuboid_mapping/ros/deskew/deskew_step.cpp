@@ -60,8 +60,9 @@ std::optional<CloudError> DeskewStep::refuse(const SensorMessage& message,
 
 std::string DeskewStep::findWarning(const SensorMessage& /*message*/, const Slices& slices) const {
   if (slices.empty()) {
-    return "deskew: the times of the points are not within a second of the stamp, and are ignored. "
-           "Correct them in the driver, or set time_unit";
+    return "deskew: the times of the points are far from the stamp, and are ignored. Correct them "
+           "in the driver, "
+           "or set time_unit";
   }
   return {};
 }

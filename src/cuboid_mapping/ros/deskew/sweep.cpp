@@ -58,6 +58,8 @@ constexpr std::array<const char*, 6> kFieldNames{"time",      "t",          "off
 constexpr double kLeastSweep_s = 1e-3;
 /// ... and in another unit than the usual one they would be slow sweeps in the usual one.
 constexpr double kLeastOtherSweep_s = 5e-3;
+/// Distance of a short sweep from its stamp.
+constexpr double kStampDelay_s = 0.1;
 
 const PointField* findTimeField(const PointCloud2& cloud) {
   for (const char* name : kFieldNames) {
@@ -181,6 +183,14 @@ std::optional<TimeUnit> findOtherUnit(const RawTimes& times) {
   return std::nullopt;
 }
 
+/// Whether a sweep cannot be that of its stamp: it begins or ends farther from it than it is long. Short sweeps may lie
+/// a tenth of a second away, since drivers stamp packets late.
+bool isFarFromStamp(const Slices& slices) {
+  const std::int32_t duration = slices.back() - slices.front();
+  const std::int32_t distance = std::max(slices.front(), -slices.back());
+  return distance > std::max(duration, sliceOf(kStampDelay_s));
+}
+
 }  // namespace
 
 std::optional<Slices> findSlices(const std::vector<double>& times_s) {
@@ -206,7 +216,9 @@ std::optional<Slices> findSlices(const std::vector<double>& times_s) {
     slices.push_back(static_cast<std::int32_t>(i) - limit);
     counts.push_back(count_at[i]);
   }
-  return dropStragglers(slices, counts, num_good);
+  slices = dropStragglers(slices, counts, num_good);
+  if (isFarFromStamp(slices)) return std::nullopt;
+  return slices;
 }
 
 std::vector<CloudPoints> divideIntoSlices(const CloudPoints& cloud,
