@@ -8,6 +8,6 @@ rospy.init_node('planner')
 client = CuboidMapClient('cuboid_mapping', on_change=lambda c: print('revision', c.revision))
 if not client.wait_for_map(timeout=30):
     raise SystemExit('there is no map')
-corridor = client.map.find_corridor((3.0, 3.0, 0.5), (5.0, 9.0, 0.5), size=(0.5, 0.5, 0.5))
+corridor = client.map.find_corridor((0.5, 0.5, 0.5), (3.5, 0.5, 0.5), size=(0.5, 0.5, 0.5))
 print(corridor.end.name, corridor.path)                        # FOUND, or START_BLOCKED, GOAL_BLOCKED, NO_WAY
 cuboids = client.map.cuboids(classes='occupied')               # numpy: boxes (n, 6), occupancy (n,) ...

@@ -7,7 +7,6 @@
 #include <dynamic_reconfigure/Reconfigure.h>
 #include <sensor_msgs/LaserScan.h>
 #include <sensor_msgs/PointCloud.h>
-#include <visualization_msgs/MarkerArray.h>
 
 #include <cmath>
 #include <limits>
@@ -134,16 +133,6 @@ TEST_F(TroubleshootingTest, TheGroundFilterWithoutItsBase) {
   EXPECT_TRUE(waitFor([&] {
     return diagnostics.status().number("clouds inserted") == kQueueSize + 1;
   })) << "with the transform, those that wait get in";
-}
-
-TEST_F(TroubleshootingTest, FreeCellsThatNobodyAskedFor) {
-  listenTo(kNode);
-  publishRoom("lidar");
-  TopicProbe<visualization_msgs::MarkerArray> cells("/free_cells_vis_array");
-  EXPECT_TRUE(log_.waitForLine("free_cells_vis_array has a subscriber, but stays empty", kNode));
-  TopicProbe<visualization_msgs::MarkerArray> cuboids("/free_cuboids");
-  EXPECT_TRUE(cuboids.waitForMessage([](const auto& array) { return !array.markers.empty(); }))
-      << "one of the cures";
 }
 
 TEST_F(TroubleshootingTest, AMapThatReachesBeyondTheOctree) {
