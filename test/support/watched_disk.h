@@ -14,7 +14,7 @@ namespace cuboid_mapping::test {
 class WatchedDisk {
  public:
   explicit WatchedDisk(std::function<void()> watcher) {
-    watcher_ = std::move(watcher);
+    on_call = std::move(watcher);
     set(reinterpret_cast<sqlite3_syscall_ptr>(&read),
         reinterpret_cast<sqlite3_syscall_ptr>(&write));
   }
@@ -24,11 +24,11 @@ class WatchedDisk {
 
  private:
   static ssize_t read(int file, void* bytes, std::size_t count, off_t offset) {
-    watcher_();
+    on_call();
     return ::pread(file, bytes, count, offset);
   }
   static ssize_t write(int file, const void* bytes, std::size_t count, off_t offset) {
-    watcher_();
+    on_call();
     return ::pwrite(file, bytes, count, offset);
   }
   static void set(sqlite3_syscall_ptr read, sqlite3_syscall_ptr write) {
@@ -37,7 +37,7 @@ class WatchedDisk {
     for (const char* name : {"pwrite", "pwrite64"}) system->xSetSystemCall(system, name, write);
   }
 
-  static inline std::function<void()> watcher_;
+  static inline std::function<void()> on_call;
 };
 
 }  // namespace cuboid_mapping::test
