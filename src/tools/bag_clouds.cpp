@@ -264,6 +264,7 @@ const cuboid_mapping::ScanUpdate* BagClouds::compute(const SensorMessage& cloud,
     leaveOut(reason, is_gap ? search.why + ": " + toAdvice(reason) : search.why);
     return nullptr;
   }
+  origin.sensor_map = poses->T_map_sensor.translation();
   origin.window_center_map = poses->window_center_map;
   const Observed observed = source.input.compute(cloud, *poses);
   for (const std::string& warning : source.input.takeWarnings()) {

@@ -61,10 +61,11 @@ struct LeftOutClouds {
 /// Errors, warnings and advice go to stderr, after the name of the program.
 class BagClouds {
  public:
-  /// Stamp of a cloud, number of its source, and place of the robot.
+  /// Stamp of a cloud, number of its source, and places of the sensor and of the robot.
   struct Origin {
     ros::Time stamp;
     std::size_t source = 0;
+    Eigen::Vector3d sensor_map = Eigen::Vector3d::Zero();
     Eigen::Vector3d window_center_map = Eigen::Vector3d::Zero();  ///< See CloudPoses.
   };
   /// Gets a cloud's update, null if it is left out, and its source. Valid during the call.

@@ -47,8 +47,8 @@ class BagMap {
 
   void put(const cuboid_mapping::ScanUpdate& update, const BagClouds::Origin& origin,
            const cuboid_mapping::SensorModel& model) {
-    if (!first_place_map_) first_place_map_ = origin.window_center_map;
-    last_place_map_ = origin.window_center_map;
+    if (!first_place_map_) first_place_map_ = origin.sensor_map;
+    last_place_map_ = origin.sensor_map;
     const auto& taken = moving_.take(update, origin.window_center_map);
     if (window_) {
       cuboid_mapping::ChangeSet changes;
