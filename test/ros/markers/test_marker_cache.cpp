@@ -190,6 +190,30 @@ TEST(MarkerCache, PictureShowsALateListenerWhatTheOthersHave) {
   EXPECT_GT(num_compared, 40U);
 }
 
+TEST(MarkerCache, OthersChangeTheMapBetweenTwoPages) {
+  using cuboid_mapping::Budget;
+  Random random(77);
+  Drive drive(random, FusionKind::kClass);
+  MarkerCache cache(drive.map().grid(), MarkerStyle());
+  MarkerViewer viewer;
+  std::vector<ChangeSet> meanwhile;
+  const auto change = [&] { meanwhile.push_back(drive.step()); };
+  std::size_t num_changes = 0;
+  for (int step = 0; step < 30; ++step) {
+    cache.noteChanges(drive.step());
+    Budget budget({}, {change, 0.0, nullptr});
+    cache.read(drive.map(), budget);
+    viewer.apply(cache.takeDifference(makeMapHeader()));
+    num_changes += meanwhile.size();
+    for (const ChangeSet& changes : meanwhile) cache.noteChanges(changes);
+    meanwhile.clear();
+    viewer.apply(cache.update(drive.map(), makeMapHeader()));
+    ASSERT_EQ(viewer.cubes(), expectedCubes(drive.map(), drive.map().grid(), MarkerStyle()))
+        << "step " << step;
+  }
+  EXPECT_GE(num_changes, 60U) << "a turn for others after each page";
+}
+
 TEST(MarkerCache, LearnsTheMapAnewAfterARelease) {
   Random random(20);
   Drive drive(random, FusionKind::kClass);

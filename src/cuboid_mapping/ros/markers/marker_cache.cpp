@@ -52,12 +52,14 @@ void MarkerCache::noteChanges(const ChangeSet& changes) {
   }
 }
 
-void MarkerCache::read(const CuboidMap& map) {
+void MarkerCache::read(const CuboidMap& map, Budget& budget) {
   if (is_everything_dirty_) markEverything(map);
-  moveAnchor(map);
-  for (const Cell& page : dirty_) readPage(map, page);
   is_everything_dirty_ = false;
-  dirty_.clear();
+  moveAnchor(map);
+  while (!dirty_.empty() && budget.checkClock()) {
+    readPage(map, *dirty_.begin());
+    dirty_.erase(dirty_.begin());
+  }
 }
 
 void MarkerCache::setColorBy(ColorBy color_by) {

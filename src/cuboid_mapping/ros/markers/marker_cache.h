@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/geometry/grid.h"
 #include "cuboid_mapping/map/cuboid_search.h"
+#include "cuboid_mapping/query/budget.h"
 #include "cuboid_mapping/ros/conversions/marker_colors.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
 
@@ -59,8 +60,9 @@ class MarkerCache {
     return is_everything_dirty_ || !dirty_.empty() || changed_.any();
   }
 
-  /// Reads changed pages. @complexity O(cuboids of these pages).
-  void read(const CuboidMap& map);
+  /// Reads changed pages. Between two of them the map may change: note these changes before the next call.
+  /// @param budget  Without limits, but for turns of others. @complexity O(cuboids of these pages).
+  void read(const CuboidMap& map, Budget& budget);
 
   /// Markers that read() has changed since the last call.
   /// @complexity O(cubes of these markers).
@@ -68,7 +70,7 @@ class MarkerCache {
 
   /// Calls read() and takeDifference().
   visualization_msgs::MarkerArray update(const CuboidMap& map, const std_msgs::Header& header) {
-    read(map);
+    read(map, Budget::unlimited());
     return takeDifference(header);
   }
 

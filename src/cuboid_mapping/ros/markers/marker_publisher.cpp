@@ -22,10 +22,12 @@ MarkerPublisher::MarkerPublisher(const ros::NodeHandle& nh, CuboidFilter filter,
 }
 
 void MarkerPublisher::readMap() {
-  map_.read([this](const CuboidMap& map, const ros::Time& stamp) {
+  const auto read = [this](const CuboidMap& map, const ros::Time& stamp, Budget& budget) {
     header_.stamp = stamp;
-    cache_.read(map);
-  });
+    cache_.read(map, budget);
+    return 0;
+  };
+  map_.readInTurns({}, nullptr, read);
 }
 
 void MarkerPublisher::publish() {

@@ -17,11 +17,11 @@ namespace cuboid_mapping_ros {
 /// The topic occupied_cuboids or free_cuboids (visualization_msgs/MarkerArray), which carries differences, see
 /// MarkerCache.
 ///
-/// A new connection gets the whole picture, alone. All
-/// subscribers get it as a keyframe: a period apart while differences are sent, and once after the last one. A
-/// keyframe repairs the picture of a subscriber that was more than kQueueSize messages behind, or has only the
-/// message latched by ROS. Without subscribers nothing is built or kept. The map is locked while cuboids are
-/// read from it, not while messages are made.
+/// A new connection gets the whole picture, alone. All subscribers get it as a keyframe: a period apart while
+/// differences are sent, and once after the last one. A keyframe repairs the picture of a subscriber that was
+/// more than kQueueSize messages behind, or has only the message latched by ROS. Without subscribers nothing is
+/// built or kept. Cuboids are read in turns with other users of the map, and messages are made without it: a
+/// picture may have changes later than its stamp in some pages, and the next one has them in all.
 /// Thread rule: all calls, and the callbacks of the node handle's queue, one after the other.
 class MarkerPublisher {
  public:
