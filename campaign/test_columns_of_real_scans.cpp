@@ -71,9 +71,10 @@ TEST(ColumnWalk, givesTheUpdateOfTheWalkForRealScans) {
                      std::to_string(every) + test::seedNote(num_cases));
         const Scan scan = change(item, set.resolution_m, every, random);
         const double max_range_m = random.chance(0.3) ? set.max_range_m : kUncut;
-        ScanUpdater columns(grid, max_range_m, random.integer(1, 8));
+        const BeamRanges ranges{max_range_m, 0.0, random.chance(0.5)};
+        ScanUpdater columns(grid, ranges, random.integer(1, 8));
         columns.setColumnUse(ColumnUse::kAlways);
-        ScanUpdater walk(grid, max_range_m);
+        ScanUpdater walk(grid, ranges);
         walk.setColumnUse(ColumnUse::kNever);
         ASSERT_EQ(test::findDifference(columns.compute(scan), walk.compute(scan)), "");
         num_slabs += columns.numColumnSlabs();

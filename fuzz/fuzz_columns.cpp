@@ -98,6 +98,7 @@ FUZZ_TARGET(fuzz_columns) {
                                  ? 0.02 * (1.0 + static_cast<double>(input.upTo(255)))
                                  : std::numeric_limits<double>::infinity();
   const int threads = input.upTo(7) == 0 ? 3 : 1;
+  const bool keep_surfaces = input.chance();
   const Scan scan = takeScan(input, resolution_m);
   // Millions of voxels take long, and tell no more.
   for (const auto* ends : {&scan.points, &scan.no_returns}) {
@@ -107,9 +108,10 @@ FUZZ_TARGET(fuzz_columns) {
     }
   }
   const Grid grid(resolution_m);
-  ScanUpdater columns(grid, max_range_m, threads);
+  const BeamRanges ranges{max_range_m, 0.0, keep_surfaces};
+  ScanUpdater columns(grid, ranges, threads);
   columns.setColumnUse(ColumnUse::kAlways);
-  ScanUpdater walk(grid, max_range_m);
+  ScanUpdater walk(grid, ranges);
   walk.setColumnUse(ColumnUse::kNever);
   require(test::findDifference(columns.compute(scan), walk.compute(scan)).empty());
   return 0;

@@ -25,12 +25,12 @@ std::size_t numClouds() {
 }
 
 /// @return Slabs that were taken by columns.
-std::size_t checkScans(const std::vector<Scan>& scans, double resolution_m, double max_range_m,
-                       int threads) {
+std::size_t checkScans(const std::vector<Scan>& scans, double resolution_m,
+                       const BeamRanges& ranges, int threads) {
   const Grid grid(resolution_m);
-  ScanUpdater columns(grid, max_range_m, threads);
+  ScanUpdater columns(grid, ranges, threads);
   columns.setColumnUse(ColumnUse::kAlways);
-  ScanUpdater walk(grid, max_range_m);
+  ScanUpdater walk(grid, ranges);
   walk.setColumnUse(ColumnUse::kNever);
   EXPECT_EQ(test::findDifference(columns.compute(scans.data(), scans.size()),
                                  walk.compute(scans.data(), scans.size())),
@@ -70,7 +70,8 @@ TEST(ColumnWalk, givesTheUpdateOfTheWalkForOddClouds) {
       scans.push_back(test::oddCloud(random, resolution_m));
       scans.back().anchor_map = scans.front().anchor_map;
     }
-    num_slabs += checkScans(scans, resolution_m, max_range_m, random.integer(1, 8));
+    const BeamRanges ranges{max_range_m, 0.0, random.chance(0.5)};
+    num_slabs += checkScans(scans, resolution_m, ranges, random.integer(1, 8));
     if (testing::Test::HasFailure()) return;
   }
   EXPECT_GT(num_slabs, num_cases);
@@ -84,8 +85,10 @@ TEST(ColumnWalk, givesTheUpdateOfTheWalkForImagesOfARoom) {
       for (const Eigen::Vector3f& origin :
            {Eigen::Vector3f(0.0F, 0.0F, 1.0F), Eigen::Vector3f(0.1F, 1e-7F, 1.000001F),
             Eigen::Vector3f(0.123F, -0.456F, 1.0789F)}) {
-        num_slabs += checkScans({roomCloud(origin, yaw, 240, 180)}, resolution_m,
-                                yaw > 0.5F ? 2.5 : kUncut, 2);
+        for (const bool keep_surfaces : {false, true}) {
+          num_slabs += checkScans({roomCloud(origin, yaw, 240, 180)}, resolution_m,
+                                  {yaw > 0.5F ? 2.5 : kUncut, 0.0, keep_surfaces}, 2);
+        }
         if (testing::Test::HasFailure()) return;
       }
     }
@@ -101,6 +104,9 @@ TEST(ColumnWalk, takesNoCloudOfFewBeamsOrWithAnEndMarginAndEveryDenseImage) {
   EXPECT_GT(updater.numColumnSlabs(), 0U);
   (void)updater.compute(roomCloud(origin, 0.3F, 32, 24));
   EXPECT_EQ(updater.numColumnSlabs(), 0U);
+  ScanUpdater keeping_surfaces(grid, BeamRanges{kUncut, 0.0, true});
+  (void)keeping_surfaces.compute(roomCloud(origin, 0.3F, 640, 480));
+  EXPECT_GT(keeping_surfaces.numColumnSlabs(), 0U);
   ScanUpdater with_margin(grid, BeamRanges{kUncut, 0.1});
   (void)with_margin.compute(roomCloud(origin, 0.3F, 640, 480));
   EXPECT_EQ(with_margin.numColumnSlabs(), 0U);

@@ -57,14 +57,15 @@ bool isOnBorder(const RayOrigin& origin) {
 }
 
 /// Whether ColumnWalk is expected to be clearly cheaper for a scan than the walk of each beam, from the density
-/// of a part of the beams.
-/// @pre origin.cell().
-bool areDense(const Scan& scan, const RayOrigin& origin, double max_range_m) {
+/// of a part of the beams. Those that graze are walked anyway.
+/// @param margins  Of the scan; null: none. @pre origin.cell().
+bool areDense(const Scan& scan, const float* margins, const RayOrigin& origin, double max_range_m) {
   const std::size_t num_beams = scan.points.size() + scan.no_returns.size();
   const double inverse_m = origin.grid().inverseResolution();
   std::array<int, kNumFaces * kFields * kFields> counts{};
   std::vector<Sample> samples;
   samples.reserve(num_beams / kSampleStep + 1);
+  double cost = 0.0;
   for (std::size_t i = 0; i < num_beams; i += kSampleStep) {
     const Eigen::Vector3f& end =
         i < scan.points.size() ? scan.points[i] : scan.no_returns[i - scan.points.size()];
@@ -73,77 +74,54 @@ bool areDense(const Scan& scan, const RayOrigin& origin, double max_range_m) {
     if (std::abs(way.z()) > std::abs(way[axis])) axis = 2;
     const float along = std::abs(way[axis]);
     if (!(along > 0.0F && std::isfinite(along))) continue;
+    const double part = std::min(1.0, max_range_m / static_cast<double>(way.norm()));
+    const auto depth = static_cast<float>(along * part * inverse_m);
+    cost += kWalkSetUp + depth;
+    const std::size_t num_before = i < scan.points.size() ? 0 : scan.open_ends.size();
+    if (margins != nullptr && margins[num_before + i] > 0.0F) continue;
     int field = 2 * axis + (way[axis] < 0.0F ? 1 : 0);
     for (const int across : {axis == 0 ? 1 : 0, axis == 2 ? 1 : 2}) {
       field = kFields * field +
               std::min(static_cast<int>((way[across] / along + 1.0F) / kFieldEdge), kFields - 1);
     }
     ++counts[static_cast<std::size_t>(field)];
-    const double part = std::min(1.0, max_range_m / static_cast<double>(way.norm()));
-    samples.push_back({field, static_cast<float>(along * part * inverse_m)});
+    samples.push_back({field, depth});
   }
-  double cost = 0.0;
   double gain = 0.0;
   for (const Sample& sample : samples) {
     const double per_slope = counts[static_cast<std::size_t>(sample.field)] *
                              static_cast<double>(kSampleStep) / (kFieldEdge * kFieldEdge);
     const double dense = std::sqrt(per_slope / kColumn);
-    const double walk = kWalkSetUp + sample.depth;
-    cost += walk;
     gain -= kSort;
     // The columns that a beam shares grow with the square of the depth. Beams that end where they are sparse
     // are set up a second time there, which takes what they saved.
     if (sample.depth < dense)
-      gain += walk - sample.depth * sample.depth * sample.depth / (3.0 * dense * dense);
+      gain += kWalkSetUp + sample.depth -
+              sample.depth * sample.depth * sample.depth / (3.0 * dense * dense);
   }
   return gain > kMinGain * cost;
 }
 
 }  // namespace
 
-bool ScanUpdater::usesColumns(const Scan& scan) const {
-  if (column_use_ == ColumnUse::kNever || hasMargins()) return false;
+bool ScanUpdater::usesColumns(const Scan& scan, const float* margins) const {
+  if (column_use_ == ColumnUse::kNever || ranges_.end_margin_m > 0.0) return false;
   const RayOrigin origin(grid_, scan.anchor_map, scan.origin);
   if (!isWithinKeyRange(origin)) return false;
   if (column_use_ == ColumnUse::kAlways) return true;
   if (scan.points.size() + scan.no_returns.size() < kMinDenseBeams || isOnBorder(origin))
     return false;
-  return areDense(scan, origin, ranges_.max_range_m);
+  return areDense(scan, margins, origin, ranges_.max_range_m);
 }
 
-void ScanUpdater::addByColumns(const Scan& scan) {
+void ScanUpdater::addByColumns(const Scan& scan, const float* margins) {
   const BeamSource source{scan, RayOrigin(grid_, scan.anchor_map, scan.origin)};
   const CloudFaces faces(source.ray_origin, base_, ranges_.max_range_m);
-  sortIntoFaces(source, faces);
-  walkColumns(source, faces);
-  walkBehindColumns(source);
-}
-
-void ScanUpdater::sortIntoFaces(const BeamSource& source, const CloudFaces& faces) {
-  const Scan& scan = source.scan;
   for (Share& share : shares_) {
     for (auto& part : share.faces) part.clear();
   }
-  const auto add = [&](const std::vector<Eigen::Vector3f>& ends, std::size_t first_index,
-                       bool are_returns) {
-    forEachPart(
-        (ends.size() + kBeamsOfPart - 1) / kBeamsOfPart, [&](std::size_t part, Share& share) {
-          const std::size_t last = std::min((part + 1) * kBeamsOfPart, ends.size());
-          std::vector<Eigen::Vector3f> others;
-          for (std::size_t i = part * kBeamsOfPart; i < last; i += RayBatch::kSize) {
-            const auto count = static_cast<int>(std::min<std::size_t>(RayBatch::kSize, last - i));
-            std::uint32_t left =
-                faces.add(&ends[i], count, are_returns, first_index + i, share.faces, share.marks);
-            share.num_points += static_cast<std::size_t>(count - __builtin_popcount(left));
-            for (; left != 0; left &= left - 1) {
-              others.push_back(ends[i + static_cast<std::size_t>(__builtin_ctz(left))]);
-            }
-          }
-          addBeams(source, others.data(), others.size(), are_returns, share);
-        });
-  };
-  add(scan.points, 0, true);
-  add(scan.no_returns, scan.points.size(), false);
+  sortIntoFaces(source, returnsOf(scan, margins), 0, faces);
+  sortIntoFaces(source, noReturnsOf(scan, margins), scan.points.size(), faces);
   parallelFor(kNumFaces, numThreads(), [&](std::size_t face) {
     std::vector<FaceBeam>& beams = shares_.front().faces[face];
     for (std::size_t i = 1; i < shares_.size(); ++i) {
@@ -151,6 +129,36 @@ void ScanUpdater::sortIntoFaces(const BeamSource& source, const CloudFaces& face
       beams.insert(beams.end(), more.begin(), more.end());
     }
     face_beams_[face].sort(faces[face], beams);
+  });
+  walkColumns(source, faces);
+  walkBehindColumns(source);
+}
+
+/// Beams that graze, and those that CloudFaces leaves, are walked here.
+void ScanUpdater::sortIntoFaces(const BeamSource& source, const Beams& beams,
+                                std::size_t first_index, const CloudFaces& faces) {
+  const std::size_t num_parts = (beams.count + kBeamsOfPart - 1) / kBeamsOfPart;
+  forEachPart(num_parts, [&](std::size_t part, Share& share) {
+    const std::size_t last = std::min((part + 1) * kBeamsOfPart, beams.count);
+    std::vector<Eigen::Vector3f> ends;
+    std::vector<float> margins;
+    for (std::size_t i = part * kBeamsOfPart; i < last; i += RayBatch::kSize) {
+      const Beams batch = beams.part(i, std::min<std::size_t>(i + RayBatch::kSize, last));
+      const auto count = static_cast<int>(batch.count);
+      std::uint32_t grazing = 0;
+      for (std::size_t beam = 0; beam < batch.count; ++beam) {
+        grazing |= std::uint32_t{batch.marginOf(beam) > 0.0F} << beam;
+      }
+      std::uint32_t left = faces.add(batch.ends, count, RayBatch::all(count) & ~grazing,
+                                     beams.are_returns, first_index + i, share.faces, share.marks);
+      share.num_points += static_cast<std::size_t>(count - __builtin_popcount(left));
+      for (; left != 0; left &= left - 1) {
+        const auto beam = static_cast<std::size_t>(__builtin_ctz(left));
+        ends.push_back(batch.ends[beam]);
+        margins.push_back(batch.marginOf(beam));
+      }
+    }
+    addBeams(source, {ends.data(), margins.data(), ends.size(), beams.are_returns}, share);
   });
 }
 

@@ -205,8 +205,9 @@ void CloudFaces::setUpWide(Batch& batch) const {
   setUpBeams(batch);
 }
 
-std::uint32_t CloudFaces::add(const Eigen::Vector3f* ends, int count, bool are_returns,
-                              std::size_t first_index, Parts& parts, BeamMarks& marks) const {
+std::uint32_t CloudFaces::add(const Eigen::Vector3f* ends, int count, std::uint32_t wanted,
+                              bool are_returns, std::size_t first_index, Parts& parts,
+                              BeamMarks& marks) const {
   Batch batch;
   for (int i = 0; i < kSize; ++i) {
     const Eigen::Vector3f& end = ends[std::min(i, count - 1)];
@@ -224,7 +225,7 @@ std::uint32_t CloudFaces::add(const Eigen::Vector3f* ends, int count, bool are_r
     return *last_marks;
   };
   for (int i = 0; i < count; ++i) {
-    if (batch.is_sure[i] == 0) {
+    if (batch.is_sure[i] == 0 || (wanted >> i & 1) == 0) {
       left |= 1U << i;
       continue;
     }

@@ -29,12 +29,13 @@ class CloudFaces {
   /// Adds beams to their faces, and marks what they pass in their last slab and not in the column where they
   /// enter that: the end, as a hit or a miss, and a voxel between two borders across. Beams that stay in the
   /// origin's slab also mark the origin's voxel.
-  /// @param count  At most RayBatch::kSize.
+  /// @param count  At most RayBatch::kSize. @param wanted  Beams to add.
   /// @param first_index  Of the ends in the cloud, see FaceBeam.
-  /// @return Beams that need the ordinary walk, with nothing marked: rounding may decide where they end, or
-  /// they count as out of range or too far.
-  [[nodiscard]] std::uint32_t add(const Eigen::Vector3f* ends, int count, bool are_returns,
-                                  std::size_t first_index, Parts& parts, BeamMarks& marks) const;
+  /// @return Beams that need the ordinary walk, with nothing marked: not wanted, or rounding may decide where
+  /// they end, or they count as out of range or too far.
+  [[nodiscard]] std::uint32_t add(const Eigen::Vector3f* ends, int count, std::uint32_t wanted,
+                                  bool are_returns, std::size_t first_index, Parts& parts,
+                                  BeamMarks& marks) const;
 
  private:
   struct Batch;

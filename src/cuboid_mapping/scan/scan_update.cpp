@@ -102,13 +102,13 @@ void ScanUpdater::markBeam(const Ray& ray, bool is_hit, BeamMarks& marks) const 
   (is_hit ? last_marks.hits : last_marks.misses[0]).set(voxel);
 }
 
-double ScanUpdater::marginOf(const BeamSource& source, std::size_t index, double length_m) const {
-  const double share = source.margins == nullptr ? 0.0 : source.margins[index];
-  const std::size_t num_ends = source.scan.points.size() + source.scan.open_ends.size();
-  if (index < num_ends) return std::max(share * length_m, ranges_.end_margin_m);
-  if (share == 0.0) return 0.0;
-  const Eigen::Vector3f beam = source.scan.no_returns[index - num_ends] - source.scan.origin;
-  return std::max(0.0, length_m - (1.0 - share) * static_cast<double>(beam.norm()));
+double ScanUpdater::marginOf(const BeamSource& source, const Beams& beams, std::size_t beam,
+                             double length_m) const {
+  const float share = beams.marginOf(beam);
+  if (beams.are_returns) return endMargin(share, length_m);
+  if (share == 0.0F) return 0.0;
+  const Eigen::Vector3f way = beams.ends[beam] - source.scan.origin;
+  return std::max(0.0, length_m - (1.0 - share) * static_cast<double>(way.norm()));
 }
 
 /// Marks a beam: misses up to the margin, grazes from there on. The last voxel of an open end is not marked.
@@ -124,34 +124,34 @@ void ScanUpdater::markWithMargin(const Ray& ray, double margin_m, EndMark end_ma
   }
 }
 
-/// The margins of some beams of a batch. @param first  Number of the first of the batch.
-BatchMargins ScanUpdater::marginsOf(const BeamSource& source, std::size_t first,
-                                    std::uint32_t beams, const RayBatch& rays, Share& share) const {
+BatchMargins ScanUpdater::marginsOf(const BeamSource& source, const Beams& batch,
+                                    const RayBatch& rays, Share& share) const {
   BatchMargins margins{share.grazes};
-  for (std::uint32_t bits = beams; bits != 0; bits &= bits - 1) {
+  for (std::uint32_t bits = batch.are_returns ? rays.taken & ~rays.cut : rays.taken; bits != 0;
+       bits &= bits - 1) {
     const auto i = static_cast<std::size_t>(__builtin_ctz(bits));
-    const double margin_m = marginOf(source, first + i, rays.length_m[i]);
+    const double margin_m = marginOf(source, batch, i, rays.length_m[i]);
     if (margin_m > 0.0) margins.slabs[i] = findMarginSlabs(rays.rayOf(i), margin_m);
   }
   return margins;
 }
 
 /// Marks a batch of at most RayBatch::kSize beams by markSlabs(). @return The beams that need addBeam().
-std::uint32_t ScanUpdater::addBatch(const BeamSource& source, const Eigen::Vector3f* ends,
-                                    int count, bool are_returns, Share& share) const {
+std::uint32_t ScanUpdater::addBatch(const BeamSource& source, const Beams& batch,
+                                    Share& share) const {
+  const auto count = static_cast<int>(batch.count);
   RayBatch rays;
-  computeRays(source.ray_origin, ends, count, ranges_.max_range_m, rays);
+  computeRays(source.ray_origin, batch.ends, count, ranges_.max_range_m, rays);
   std::uint32_t marked = 0;
   if (hasMargins()) {
-    const std::uint32_t with_margin = are_returns ? rays.taken & ~rays.cut : rays.taken;
-    const BatchMargins margins =
-        marginsOf(source, source.marginIndexOf(ends, are_returns), with_margin, rays, share);
+    const BatchMargins margins = marginsOf(source, batch, rays, share);
     marked = markSlabs(rays, base_, share.marks, 0, &margins);
   } else {
     marked = markSlabs(rays, base_, share.marks);
   }
   share.num_points += static_cast<std::size_t>(__builtin_popcount(marked));
-  for (std::uint32_t hits = are_returns ? marked & ~rays.cut : 0; hits != 0; hits &= hits - 1) {
+  for (std::uint32_t hits = batch.are_returns ? marked & ~rays.cut : 0; hits != 0;
+       hits &= hits - 1) {
     const Cell local_end = rays.endOf(static_cast<std::size_t>(__builtin_ctz(hits))) - base_;
     share.marks.findOrAdd(toBrickKey(local_end)).hits.set(voxelIndex(local_end));
   }
@@ -172,45 +172,53 @@ std::optional<Ray> ScanUpdater::countRay(const BeamSource& source, const Eigen::
   return std::nullopt;
 }
 
-void ScanUpdater::addBeam(const BeamSource& source, const Eigen::Vector3f& end, bool is_return,
+void ScanUpdater::addBeam(const BeamSource& source, const Beams& beams, std::size_t beam,
                           Share& share) const {
   bool is_cut = false;
-  const auto ray = countRay(source, end, is_cut, share);
+  const auto ray = countRay(source, beams.ends[beam], is_cut, share);
   if (!ray) return;
-  const bool is_hit = is_return && !is_cut;
-  const bool has_margin = hasMargins() && (is_hit || !is_return);
-  const double margin_m =
-      has_margin ? marginOf(source, source.marginIndexOf(&end, is_return), ray->length_m) : 0.0;
+  const bool is_hit = beams.are_returns && !is_cut;
+  const bool has_margin = hasMargins() && (is_hit || !beams.are_returns);
+  const double margin_m = has_margin ? marginOf(source, beams, beam, ray->length_m) : 0.0;
   if (margin_m > 0.0) {
     return markWithMargin(*ray, margin_m, is_hit ? EndMark::kHit : EndMark::kMiss, share);
   }
   markBeam(*ray, is_hit, share.marks);
 }
 
-void ScanUpdater::addOpenBeam(const BeamSource& source, std::size_t index, Share& share) const {
+void ScanUpdater::addOpenBeam(const BeamSource& source, std::size_t index, float margin,
+                              Share& share) const {
   const Eigen::Vector3f& end = source.scan.open_ends[index];
   bool is_cut = false;
   const auto ray = countRay(source, end, is_cut, share);
   if (!ray) return;
   if (is_cut) return markBeam(*ray, false, share.marks);
-  const double margin_m = marginOf(source, source.scan.points.size() + index, ray->length_m);
+  const double margin_m = endMargin(margin, ray->length_m);
   if (margin_m > 0.0) return markWithMargin(*ray, margin_m, EndMark::kNone, share);
   // Without the last voxel, which markSlabs() would mark, too.
   (void)walkRay(*ray, BrickCursor(*ray, base_, share.marks));
 }
 
-void ScanUpdater::addBeams(const BeamSource& source, const Eigen::Vector3f* ends, std::size_t count,
-                           bool are_returns, Share& share) const {
+void ScanUpdater::addBeams(const BeamSource& source, const Beams& beams, Share& share) const {
   constexpr std::size_t kBatch = RayBatch::kSize;
-  for (std::size_t first = 0; first < count; first += kBatch) {
-    const Eigen::Vector3f* batch = ends + first;
-    const auto num_beams = static_cast<int>(std::min(kBatch, count - first));
-    std::uint32_t left = RayBatch::all(num_beams);
-    if (hasLanes()) left = addBatch(source, batch, num_beams, are_returns, share);
+  for (std::size_t first = 0; first < beams.count; first += kBatch) {
+    const Beams batch = beams.part(first, std::min(first + kBatch, beams.count));
+    std::uint32_t left = RayBatch::all(static_cast<int>(batch.count));
+    if (hasLanes()) left = addBatch(source, batch, share);
     for (; left != 0; left &= left - 1) {
-      addBeam(source, batch[__builtin_ctz(left)], are_returns, share);
+      addBeam(source, batch, static_cast<std::size_t>(__builtin_ctz(left)), share);
     }
   }
+}
+
+ScanUpdater::Beams ScanUpdater::returnsOf(const Scan& scan, const float* margins) {
+  return {scan.points.data(), margins, scan.points.size(), true};
+}
+
+ScanUpdater::Beams ScanUpdater::noReturnsOf(const Scan& scan, const float* margins) {
+  const std::size_t num_ends = scan.points.size() + scan.open_ends.size();
+  return {scan.no_returns.data(), margins == nullptr ? nullptr : margins + num_ends,
+          scan.no_returns.size(), false};
 }
 
 void ScanUpdater::addFreePoints(const RayOrigin& ray_origin,
@@ -226,7 +234,7 @@ void ScanUpdater::addFreePoints(const RayOrigin& ray_origin,
 
 void ScanUpdater::addScan(const Scan& scan, const float* margins, bool by_columns, std::size_t part,
                           std::size_t num_parts, Share& share) const {
-  const BeamSource source{scan, RayOrigin(grid_, scan.anchor_map, scan.origin), margins};
+  const BeamSource source{scan, RayOrigin(grid_, scan.anchor_map, scan.origin)};
   const RayOrigin& ray_origin = source.ray_origin;
   const std::size_t num_points =
       scan.points.size() + scan.no_returns.size() + scan.open_ends.size();
@@ -235,18 +243,17 @@ void ScanUpdater::addScan(const Scan& scan, const float* margins, bool by_column
     return;
   }
   if (part == 0) addFreePoints(ray_origin, scan.free_points, share.marks);
-  const auto add_part = [&](const std::vector<Eigen::Vector3f>& ends, bool are_returns) {
-    const std::size_t first = ends.size() * part / num_parts;
-    const std::size_t last = ends.size() * (part + 1) / num_parts;
-    addBeams(source, ends.data() + first, last - first, are_returns, share);
+  const auto add_part = [&](const Beams& beams) {
+    const std::size_t first = beams.count * part / num_parts;
+    addBeams(source, beams.part(first, beams.count * (part + 1) / num_parts), share);
   };
   if (!by_columns) {
-    add_part(scan.points, true);
-    add_part(scan.no_returns, false);
+    add_part(returnsOf(scan, margins));
+    add_part(noReturnsOf(scan, margins));
   }
   const std::size_t num_open = scan.open_ends.size();
   for (std::size_t i = num_open * part / num_parts; i < num_open * (part + 1) / num_parts; ++i) {
-    addOpenBeam(source, i, share);
+    addOpenBeam(source, i, margins == nullptr ? 0.0F : margins[scan.points.size() + i], share);
   }
 }
 
@@ -272,19 +279,21 @@ const ScanUpdate& ScanUpdater::compute(const Scan* first, std::size_t count) {
   base_ = baseOf(first_origin_);
   num_column_slabs_ = 0;
   for (Share& share : shares_) share.clear();
-  std::vector<char> by_columns(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    by_columns[i] = usesColumns(first[i]) ? 1 : 0;
-    if (by_columns[i] != 0) addByColumns(first[i]);
-  }
   margins_.resize(ranges_.keep_surfaces ? count : 0);
   for (std::size_t i = 0; i < margins_.size(); ++i) surfaces_->compute(first[i], margins_[i]);
+  const auto margins_of = [&](std::size_t scan) {
+    return margins_.empty() ? nullptr : margins_[scan].data();
+  };
+  std::vector<char> by_columns(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    by_columns[i] = usesColumns(first[i], margins_of(i)) ? 1 : 0;
+    if (by_columns[i] != 0) addByColumns(first[i], margins_of(i));
+  }
   // Parts are small because in a cloud ordered by rings the beams of one half are several times as long.
   const std::size_t num_parts = kPartsPerThread * shares_.size();
   forEachPart(num_parts, [&](std::size_t part, Share& share) {
     for (std::size_t scan = 0; scan < count; ++scan) {
-      addScan(first[scan], margins_.empty() ? nullptr : margins_[scan].data(),
-              by_columns[scan] != 0, part, num_parts, share);
+      addScan(first[scan], margins_of(scan), by_columns[scan] != 0, part, num_parts, share);
     }
   });
   parallelFor(shares_.size(), numThreads(), [&](std::size_t i) { sortMarks(shares_[i]); });

@@ -95,18 +95,27 @@ class ScanUpdater {
   struct BeamSource {
     const Scan& scan;
     RayOrigin ray_origin;
-    const float* margins = nullptr;  ///< See SurfaceMargins; null: none.
 
-    /// Number of a return or a no-return among the margins.
-    [[nodiscard]] std::size_t marginIndexOf(const Eigen::Vector3f* end, bool is_return) const {
-      if (is_return) return static_cast<std::size_t>(end - scan.points.data());
-      return scan.points.size() + scan.open_ends.size() +
-             static_cast<std::size_t>(end - scan.no_returns.data());
-    }
     /// @param index  In the returns, then the no-returns.
     [[nodiscard]] const Eigen::Vector3f& endOf(std::size_t index) const {
       const std::size_t num_points = scan.points.size();
       return index < num_points ? scan.points[index] : scan.no_returns[index - num_points];
+    }
+  };
+
+  /// Returns or no-returns of a scan.
+  struct Beams {
+    const Eigen::Vector3f* ends;
+    const float* margins;  ///< Of each, see SurfaceMargins; null: none.
+    std::size_t count;
+    bool are_returns;
+
+    [[nodiscard]] Beams part(std::size_t first, std::size_t last) const {
+      return {ends + first, margins == nullptr ? nullptr : margins + first, last - first,
+              are_returns};
+    }
+    [[nodiscard]] float marginOf(std::size_t beam) const {
+      return margins == nullptr ? 0.0F : margins[beam];
     }
   };
 
@@ -117,16 +126,18 @@ class ScanUpdater {
   enum class EndMark { kHit, kMiss, kNone };
   void markWithMargin(const Ray& ray, double margin_m, EndMark end_mark, Share& share) const;
   /// End margin of a beam, which is not cut unless it is a no-return; 0: none.
-  /// @param index  In the points, then the open ends, then the no-returns.
-  [[nodiscard]] double marginOf(const BeamSource& source, std::size_t index, double length_m) const;
+  [[nodiscard]] double marginOf(const BeamSource& source, const Beams& beams, std::size_t beam,
+                                double length_m) const;
+  [[nodiscard]] double endMargin(float share, double length_m) const {
+    return std::max(share * length_m, ranges_.end_margin_m);
+  }
   [[nodiscard]] bool hasMargins() const {
     return ranges_.end_margin_m > 0.0 || ranges_.keep_surfaces;
   }
-  [[nodiscard]] BatchMargins marginsOf(const BeamSource& source, std::size_t first,
-                                       std::uint32_t beams, const RayBatch& rays,
+  [[nodiscard]] BatchMargins marginsOf(const BeamSource& source, const Beams& batch,
+                                       const RayBatch& rays, Share& share) const;
+  [[nodiscard]] std::uint32_t addBatch(const BeamSource& source, const Beams& batch,
                                        Share& share) const;
-  [[nodiscard]] std::uint32_t addBatch(const BeamSource& source, const Eigen::Vector3f* ends,
-                                       int count, bool are_returns, Share& share) const;
   /// Sets up the beam to a point, cut at the maximum range. @return As RayOrigin::computeRay().
   bool cutRay(const BeamSource& source, Eigen::Vector3f end, Ray& ray, bool& is_cut) const {
     is_cut =
@@ -136,14 +147,18 @@ class ScanUpdater {
   /// As above, and counts it. @return Nothing if it is out of range or too far.
   [[nodiscard]] std::optional<Ray> countRay(const BeamSource& source, const Eigen::Vector3f& end,
                                             bool& is_cut, Share& share) const;
-  void addBeam(const BeamSource& source, const Eigen::Vector3f& end, bool is_return,
-               Share& share) const;
-  void addBeams(const BeamSource& source, const Eigen::Vector3f* ends, std::size_t count,
-                bool are_returns, Share& share) const;
-  [[nodiscard]] bool usesColumns(const Scan& scan) const;
+  void addBeam(const BeamSource& source, const Beams& beams, std::size_t beam, Share& share) const;
+  void addBeams(const BeamSource& source, const Beams& beams, Share& share) const;
+  /// @param margins  Of the scan, see SurfaceMargins; null: none.
+  ///@{
+  [[nodiscard]] static Beams returnsOf(const Scan& scan, const float* margins);
+  [[nodiscard]] static Beams noReturnsOf(const Scan& scan, const float* margins);
+  [[nodiscard]] bool usesColumns(const Scan& scan, const float* margins) const;
   /// Adds the returns and no-returns of a scan.
-  void addByColumns(const Scan& scan);
-  void sortIntoFaces(const BeamSource& source, const CloudFaces& faces);
+  void addByColumns(const Scan& scan, const float* margins);
+  ///@}
+  void sortIntoFaces(const BeamSource& source, const Beams& beams, std::size_t first_index,
+                     const CloudFaces& faces);
   void walkColumns(const BeamSource& source, const CloudFaces& faces);
   void walkBehindColumns(const BeamSource& source);
   void addRest(const BeamSource& source, const Eigen::Vector3f* ends, int count, int num_slabs,
@@ -159,7 +174,7 @@ class ScanUpdater {
   /// Adds part `part` of `num_parts` of a scan. @param by_columns  Whether addByColumns() adds the rest of it.
   void addScan(const Scan& scan, const float* margins, bool by_columns, std::size_t part,
                std::size_t num_parts, Share& share) const;
-  void addOpenBeam(const BeamSource& source, std::size_t index, Share& share) const;
+  void addOpenBeam(const BeamSource& source, std::size_t index, float margin, Share& share) const;
   void addFreePoints(const RayOrigin& ray_origin, const std::vector<Eigen::Vector3f>& points,
                      BeamMarks& marks) const;
   static bool isBefore(const PlacedMarks& a, const PlacedMarks& b) { return a.morton < b.morton; }
