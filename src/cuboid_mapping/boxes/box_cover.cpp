@@ -75,10 +75,12 @@ class CoverSearch {
     boxes_ = findBoxes();
     const std::vector<CellBox> last = findFromPrevious();
     constexpr double kWorth = 1.1;  // Differences cost others more than a tenth of the volume.
-    if (!last.empty() && costOf(last) <= kWorth * costOf(boxes_)) boxes_ = last;
+    const bool is_worth = !last.empty() && costOf(last) <= kWorth * costOf(boxes_);
+    if (is_worth && !budget_.isSpent()) boxes_ = last;
   }
 
-  /// Looks for boxes that cut a robot off nowhere, or at as few places as possible.
+  /// Looks for boxes that cut a robot off nowhere, or at as few places as possible. Once the budget is spent, the boxes found before
+  /// stay.
   void keepPassages(Passages& passages) {
     constexpr int kFewRounds = 3;
     constexpr int kManyRounds = 40;
@@ -92,7 +94,11 @@ class CoverSearch {
 
   [[nodiscard]] const std::vector<CellBox>& boxes() const { return boxes_; }
   [[nodiscard]] const std::vector<LostPassage>& lost() const { return lost_; }
-  [[nodiscard]] double numAdded() const { return coverOf(boxes_).size() - voxels_.size(); }
+  [[nodiscard]] double numAdded() const {
+    VoxelSet cover(Budget::unlimited());
+    for (const CellBox& box : boxes_) cover.add(box);
+    return cover.size() - voxels_.size();
+  }
 
  private:
   /// Keeps ways free where the boxes cut a robot off, as far as max_boxes_ allow.
@@ -106,7 +112,8 @@ class CoverSearch {
       }
       run();
       lost_ = passages.findLost(coverOf(boxes_));
-      if (boxes_.size() <= std::max(max_boxes_, boxes_before.size())) continue;
+      const bool are_few = boxes_.size() <= std::max(max_boxes_, boxes_before.size());
+      if (are_few && !budget_.isSpent()) continue;
       boxes_.swap(boxes_before);
       lost_.swap(lost_before);
       return;
@@ -210,13 +217,15 @@ Answer<BoxCover> coverOccupied(const CuboidMap& map, const CoverTask& task, Budg
   const double num_covered = sumOfVolumes(occupied);
 
   CoverSearch search(still, task, occupied, budget);
+  if (budget.isSpent()) return AnswerStatus::kBudgetSpent;
   search.run();
   if (has_robot && search.numAdded() > 0.0) {
     Passages passages(still, task.region, *robot, budget);
     search.keepPassages(passages);
   }
-  const double num_added = search.numAdded();
-  if (budget.isSpent() || !budget.addEntries(search.boxes().size())) {
+  const bool is_cut = budget.isSpent();
+  const bool are_too_many = search.boxes().size() > task.max_boxes;
+  if (is_cut ? are_too_many : !budget.addEntries(search.boxes().size())) {
     return AnswerStatus::kBudgetSpent;
   }
   BoxCover cover;
@@ -224,9 +233,10 @@ Answer<BoxCover> coverOccupied(const CuboidMap& map, const CoverTask& task, Budg
   for (const LostPassage& passage : search.lost()) cover.lost.push_back(passage.place);
   const double voxel_volume_m3 = map.grid().voxelVolume();
   cover.occupied_volume_m3 = num_covered * voxel_volume_m3;
-  cover.added_volume_m3 = num_added * voxel_volume_m3;
+  cover.added_volume_m3 = search.numAdded() * voxel_volume_m3;
   cover.left_out_volume_m3 = (num_occupied - num_covered) * voxel_volume_m3;
-  if (cover.boxes.size() > task.max_boxes) return {AnswerStatus::kNotFound, std::move(cover)};
+  if (is_cut) return {AnswerStatus::kBudgetSpent, std::move(cover)};
+  if (are_too_many) return {AnswerStatus::kNotFound, std::move(cover)};
   return cover;
 }
 

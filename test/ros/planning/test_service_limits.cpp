@@ -16,11 +16,13 @@ namespace {
 using cuboid_mapping::CastRays;
 using cuboid_mapping::CheckBoxes;
 using cuboid_mapping::CheckPath;
+using cuboid_mapping::CheckPoses;
 using cuboid_mapping::CuboidMap;
 using cuboid_mapping::FindCorridor;
 using cuboid_mapping::FindNearest;
 using cuboid_mapping::FindNearestFree;
 using cuboid_mapping::GetCuboids;
+using cuboid_mapping::GetDistances;
 using cuboid_mapping::GetFreeGraph;
 using cuboid_mapping::QueryBox;
 using cuboid_mapping::SetBox;
@@ -211,6 +213,91 @@ TEST_F(ServiceLimitsTest, RefuseRequestsWithTooManyEntries) {
   SetBox::Request boxes;
   boxes.boxes.resize(3);
   expectRefusal(answer<SetBox>(map, boxes), "3 boxes");
+}
+
+TEST_F(ServiceLimitsTest, GiveRefusedAnswersAnElementForEachEntryAndTheHeadOfTheMap) {
+  constexpr std::size_t kNumEntries = 3;
+  const auto expectRefused = [this](const auto& response) {
+    expectRefusal(response, "nowhere");
+    EXPECT_EQ(response.info.instance, map_.instance());
+    EXPECT_EQ(response.info.revision, 1U);
+    EXPECT_EQ(response.info.header.frame_id, "map");
+  };
+  CheckBoxes::Request boxes = makeBoxes();
+  boxes.header.frame_id = "nowhere";
+  const auto in_boxes = answer<CheckBoxes>(in_frame_, boxes);
+  expectRefused(in_boxes);
+  EXPECT_EQ(in_boxes.blocked, std::vector<std::uint8_t>(kNumEntries, 1));
+  EXPECT_EQ(in_boxes.occupancy.size(), kNumEntries);
+  EXPECT_EQ(in_boxes.free_volume.size(), kNumEntries);
+  EXPECT_EQ(in_boxes.occupied_volume.size(), kNumEntries);
+  EXPECT_EQ(in_boxes.unknown_volume.size(), kNumEntries);
+  EXPECT_EQ(in_boxes.max_probability.size(), kNumEntries);
+
+  CheckPath::Request path;
+  path.header.frame_id = "nowhere";
+  path.waypoints.resize(kNumEntries);
+  path.headings.resize(kNumEntries);
+  path.lengths.assign(kNumEntries, 1);
+  const auto on_path = answer<CheckPath>(in_frame_, path);
+  expectRefused(on_path);
+  EXPECT_EQ(on_path.free, std::vector<std::uint8_t>(kNumEntries, 0));
+  EXPECT_EQ(on_path.segment.size(), kNumEntries);
+  EXPECT_EQ(on_path.point.size(), kNumEntries);
+  EXPECT_EQ(on_path.occupancy.size(), kNumEntries);
+  EXPECT_EQ(on_path.free_length, std::vector<double>(kNumEntries, 0.0));
+  EXPECT_EQ(on_path.length.size(), kNumEntries);
+  EXPECT_EQ(on_path.orientation.size(), kNumEntries);
+
+  CheckPoses::Request poses;
+  poses.header.frame_id = "nowhere";
+  poses.poses.resize(kNumEntries);
+  const auto at_poses = answer<CheckPoses>(in_frame_, poses);
+  expectRefused(at_poses);
+  EXPECT_EQ(at_poses.free, std::vector<std::uint8_t>(kNumEntries, 0));
+  EXPECT_EQ(at_poses.part.size(), kNumEntries);
+  EXPECT_EQ(at_poses.point.size(), kNumEntries);
+  EXPECT_EQ(at_poses.occupancy.size(), kNumEntries);
+
+  CastRays::Request rays;
+  rays.header.frame_id = "nowhere";
+  rays.origins.resize(kNumEntries);
+  const auto along_rays = answer<CastRays>(in_frame_, rays);
+  expectRefused(along_rays);
+  EXPECT_EQ(along_rays.end, std::vector<std::uint8_t>(kNumEntries, CastRays::Request::END_UNKNOWN));
+  EXPECT_EQ(along_rays.distance, std::vector<double>(kNumEntries, 0.0));
+  EXPECT_EQ(along_rays.point.size(), kNumEntries);
+  EXPECT_EQ(along_rays.first_unknown.size(), kNumEntries);
+  EXPECT_EQ(along_rays.unknown_length.size(), kNumEntries);
+
+  FindNearest::Request nearest;
+  nearest.header.frame_id = "nowhere";
+  nearest.points.resize(kNumEntries);
+  const auto near_points = answer<FindNearest>(in_frame_, nearest);
+  expectRefused(near_points);
+  EXPECT_EQ(near_points.counts, std::vector<std::uint32_t>(kNumEntries, 0))
+      << "no cuboids, so the other arrays are empty";
+
+  FindNearestFree::Request places;
+  places.header.frame_id = "nowhere";
+  places.points.resize(kNumEntries);
+  const auto free_places = answer<FindNearestFree>(in_frame_, places);
+  expectRefused(free_places);
+  EXPECT_EQ(free_places.found, std::vector<std::uint8_t>(kNumEntries, 0));
+  EXPECT_EQ(free_places.place.size(), kNumEntries);
+  EXPECT_EQ(free_places.distance.size(), kNumEntries);
+
+  GetDistances::Request distances;
+  distances.header.frame_id = "nowhere";
+  distances.points.resize(kNumEntries);
+  const auto at_points = answer<GetDistances>(in_frame_, distances);
+  expectRefused(at_points);
+  EXPECT_EQ(at_points.distance, std::vector<double>(kNumEntries, 0.0));
+  EXPECT_EQ(at_points.gradient.size(), kNumEntries);
+
+  FindCorridor::Request corridor;
+  corridor.header.frame_id = "nowhere";
+  expectRefused(answer<FindCorridor>(in_frame_, corridor));
 }
 
 TEST_F(ServiceLimitsTest, BoundTheBytesOfAnAnswerToo) {

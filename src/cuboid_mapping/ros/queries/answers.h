@@ -59,10 +59,8 @@ template <typename ServiceT>
                                                  const typename ServiceT::Request& request) {
   const auto refuse = [&](const std::string& why) {
     typename ServiceT::Response response;
-    AnswerInfo info;
     fillBlank(map, request, response);
-    info.message = why;
-    setInfo(info, response);
+    setInfo(makeInfo(map.map, map.frame_id, why), response);
     return response;
   };
   try {

@@ -103,7 +103,14 @@ void answerCover(ServiceCall& call, const CoverTask& task, GetCuboids::Response&
       response.lost.push_back(boxMessage(map.grid(), place));
     }
     response.added_volume = found.value.added_volume_m3;
-    call.noteEnd(budget, "ask for a smaller region, or for more boxes");
+    const bool has_cover = !response.cuboids.empty();
+    call.noteEnd(
+        budget,
+        std::string(
+            has_cover
+                ? "the boxes cover everything occupied, but may close ways that others leave open"
+                : "there are no boxes yet") +
+            ": ask for a smaller region, or for more boxes");
   });
 }
 
