@@ -17,7 +17,6 @@ using sensor_msgs::Image;
 using sensor_msgs::PointCloud2;
 using sensor_msgs::PointField;
 
-/// The step of a sample is odd: every second row or point may be empty.
 constexpr std::size_t kSampledNumbers = 300;
 
 /// Whether the sender names the other order than that of this machine.
@@ -97,7 +96,7 @@ Depths readDepths(const Image& image, double unit_m, bool is_other_order) {
   if (row == 0) return depths;
   const std::uint64_t step = std::max<std::uint64_t>(image.step / pixel_bytes, row);
   const std::uint64_t num_rows = (num_pixels - row) / step + 1;
-  for (std::uint64_t y = 0; y < num_rows; y += num_rows / kSampledRows | 1U) {
+  for (std::uint64_t y = 0; y < num_rows; y += sampleStep(num_rows, kSampledRows)) {
     double last = 0.0;
     for (std::uint64_t x = 0; x < row; ++x) {
       const double number = readAs<std::uint16_t, std::uint16_t>(
@@ -123,7 +122,7 @@ ByteOrder findByteOrder(const PointCloud2& cloud) {
     if (field == nullptr || num_points == 0) continue;
     const bool is_double = field->datatype == PointField::FLOAT64;
     const std::uint64_t size = is_double ? sizeof(double) : sizeof(float);
-    for (std::uint64_t i = 0; i < num_points; i += num_points / kSampledNumbers | 1U) {
+    for (std::uint64_t i = 0; i < num_points; i += sampleStep(num_points, kSampledNumbers)) {
       const std::uint64_t offset =
           i / layout.width * layout.row_step + i % layout.width * layout.point_step + field->offset;
       if (offset + size > cloud.data.size()) break;
@@ -143,7 +142,7 @@ ByteOrder findByteOrder(const Image& image, double unit_m) {
   if (image.encoding == sensor_msgs::image_encodings::TYPE_32FC1) {
     Senses senses;
     const std::size_t num_pixels = image.data.size() / sizeof(float);
-    for (std::size_t i = 0; i < num_pixels; i += num_pixels / kSampledNumbers | 1U) {
+    for (std::size_t i = 0; i < num_pixels; i += sampleStep(num_pixels, kSampledNumbers)) {
       senses.note<float, std::uint32_t>(image.data.data() + sizeof(float) * i, names_other_order);
     }
     return makeOrder(image, senses.contradict());

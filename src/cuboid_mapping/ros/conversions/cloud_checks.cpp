@@ -2,6 +2,7 @@
 #include "cuboid_mapping/ros/conversions/cloud_checks.h"
 
 #include "cuboid_mapping/io/text.h"
+#include "cuboid_mapping/ros/conversions/point_bytes.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 
 #include <algorithm>
@@ -39,7 +40,7 @@ void CloudChecks::note(const CloudPoints& cloud, const Eigen::Vector3d& sensor_c
   noteWarnings(cloud.warnings);
   if (num_points_ >= kMaxJudgedPoints) return;
   const Eigen::Vector3f origin = (sensor_cloud - cloud.anchor_cloud).cast<float>();
-  const std::size_t step = cloud.points.size() / kCheckedPoints + 1;
+  const std::size_t step = sampleStep(cloud.points.size(), kCheckedPoints);
   std::vector<double> ranges_m;
   for (std::size_t i = 0; i < cloud.points.size(); i += step) {
     const Eigen::Vector3f beam = cloud.points[i] - origin;

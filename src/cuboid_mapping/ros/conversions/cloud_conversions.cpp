@@ -172,7 +172,7 @@ void visitPoints(const PointReader& reader, VisitorT visit) {
 /// Median of each coordinate over a sample of the returns; 0 without any.
 Eigen::Vector3d findMedian(const PointReader& reader) {
   constexpr std::size_t kSamples = 1000;
-  const std::size_t step = reader.layout().width * reader.layout().height / kSamples + 1;
+  const std::size_t step = sampleStep(reader.layout().width * reader.layout().height, kSamples);
   std::array<std::vector<double>, 3> samples;
   std::size_t count = 0;
   visitPoints(reader, [&](const Eigen::Vector3d& point) {
@@ -331,7 +331,7 @@ std::optional<CloudError> checkUnit(const CloudPoints& cloud, const CloudOptions
   const Eigen::Vector3f sensor =
       (options.T_cloud_sensor.translation() - cloud.anchor_cloud).cast<float>();
   std::vector<float> ranges_m;
-  for (std::size_t i = 0; i < cloud.points.size(); i += cloud.points.size() / kSamples + 1) {
+  for (std::size_t i = 0; i < cloud.points.size(); i += sampleStep(cloud.points.size(), kSamples)) {
     ranges_m.push_back((cloud.points[i] - sensor).norm());
   }
   const auto median = ranges_m.begin() + static_cast<std::ptrdiff_t>(ranges_m.size() / 2);

@@ -210,8 +210,7 @@ std::vector<double> sampleDepths(const Image& image, const DepthReader& reader) 
   constexpr std::size_t kSampledRows = 16;
   std::vector<double> depths_m(image.width);
   std::vector<double> sample_m;
-  for (std::size_t row = 0; row < image.height;
-       row += image.height / kSampledRows | 1U) {  // Odd: every second may be empty.
+  for (std::size_t row = 0; row < image.height; row += sampleStep(image.height, kSampledRows)) {
     reader.readRow(row, depths_m);
     std::copy_if(depths_m.begin(), depths_m.end(), std::back_inserter(sample_m), isPoint);
   }

@@ -7,12 +7,18 @@
 #include <boost/endian/conversion.hpp>
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <string>
 #include <utility>
 
 namespace cuboid_mapping_ros {
+
+/// Step of a sample: every so many rows, points or pixels. It is odd, because every second one may be empty.
+[[nodiscard]] constexpr std::size_t sampleStep(std::size_t num_items, std::size_t num_samples) {
+  return num_items / num_samples | 1U;
+}
 
 /// The field of this name; null if there is none.
 [[nodiscard]] inline const sensor_msgs::PointField* findField(const sensor_msgs::PointCloud2& cloud,

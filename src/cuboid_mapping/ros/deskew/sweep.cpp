@@ -157,7 +157,8 @@ std::optional<double> findDuration(const RawTimes& times, double unit_s) {
   constexpr std::size_t kSamples = 1000;
   std::vector<double> good_s;
   std::size_t num_odd = 0;
-  for (std::size_t i = 0; i < times.numbers.size(); i += times.numbers.size() / kSamples | 1U) {
+  const std::size_t step = sampleStep(times.numbers.size(), kSamples);
+  for (std::size_t i = 0; i < times.numbers.size(); i += step) {
     const double time_s = toTime(times.numbers[i], unit_s, times.stamp_s);
     if (std::isnan(time_s)) continue;
     std::abs(time_s) < kMaxTime_s ? good_s.push_back(time_s) : (void)++num_odd;

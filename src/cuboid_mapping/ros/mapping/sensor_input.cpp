@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/history/cloud_replay.h"
 #include "cuboid_mapping/history/kept_clouds.h"
+#include "cuboid_mapping/ros/conversions/point_bytes.h"
 
 #include <algorithm>
 #include <iterator>
@@ -19,10 +20,10 @@ namespace {
 double findReach(const CloudPoints& cloud, const Eigen::Vector3d& sensor_cloud, double max_beam_m) {
   if (cloud.points.empty()) return 0.0;
   constexpr std::size_t kSamples = 1000;
-  const std::size_t step = cloud.points.size() / kSamples + 1;
+  const std::size_t step = sampleStep(cloud.points.size(), kSamples);
   const Eigen::Vector3f origin = (sensor_cloud - cloud.anchor_cloud).cast<float>();
   std::vector<float> ranges_m;
-  ranges_m.reserve(kSamples);
+  ranges_m.reserve(cloud.points.size() / step + 1);
   for (std::size_t i = 0; i < cloud.points.size(); i += step) {
     const float range_m = (cloud.points[i] - origin).norm();
     if (static_cast<double>(range_m) <= max_beam_m) ranges_m.push_back(range_m);
