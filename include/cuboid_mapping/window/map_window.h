@@ -121,8 +121,10 @@ class MapWindow {
   void load(const CellBox& box, ChangeSet& changes,
             std::size_t max_pages = std::numeric_limits<std::size_t>::max());
 
-  /// Lists the pages of the map anew, if work on the map has failed. save() and saveSome() do so, too, but then need
+  /// Whether work on the map has failed: its pages must be listed anew before save() or saveSome() can do without
   /// exclusive access.
+  [[nodiscard]] bool arePagesStale() const { return are_pages_stale_; }
+  /// Lists the pages of the map anew, if they are stale.
   void refresh();
   /// Writes all changes to the store, if there is one.
   /// @return Whether this succeeded; else the figures say why, and all stays in memory.

@@ -85,6 +85,15 @@ TEST_F(GuardedWindow, OthersReadTheMapWhileItIsSaved) {
   expectOthersReadDuring([this] { map_->replaceAll([](CuboidMap& map) { return map.clear(); }); });
 }
 
+TEST_F(GuardedWindow, ASaveDoesNotWaitForALongReader) {
+  stayAt(0);
+  map_->read([this](const CuboidMap& /*map*/) {
+    auto save = std::async(std::launch::async, [this] { map_->save(); });
+    EXPECT_EQ(save.wait_for(std::chrono::seconds(5)), std::future_status::ready);
+    return save;
+  }).get();
+}
+
 TEST_F(GuardedWindow, OthersReadTheMapWhilePagesAreLoaded) {
   const CellBox box{{0, 0, 0}, {8, 8, 8}};
   stayAt(0);

@@ -125,7 +125,7 @@ void GuardedMap::save() {
   constexpr int kMaxTurns = 100000;  // Clouds change the map meanwhile.
   for (int turn = 0; turn < kMaxTurns; ++turn) {
     const Changing changing(change_);
-    {
+    if (window_->arePagesStale()) {
       const WriteLock alone(mutex_);
       window_->refresh();
     }
