@@ -75,9 +75,12 @@ class Server:
             resolution=0.1, bricks=self.pack(bricks))
 
     def map(self):
+        return self.parts(1)[0]
+
+    def parts(self, num_parts):
         bricks = sorted({brick_of(cell) for cell in self.voxels})
-        return SimpleNamespace(instance=self.instance, revision=self.revision, resolution=0.1,
-                               bricks=self.pack(bricks))
+        return [SimpleNamespace(instance=self.instance, revision=self.revision, resolution=0.1, part=part, num_parts=num_parts,
+                                bricks=self.pack(bricks[part::num_parts])) for part in range(num_parts)]
 
     def pack(self, bricks):
         """CuboidBricks message of these bricks."""
@@ -170,6 +173,16 @@ class MapFollowerTest(unittest.TestCase):
             self.expect_same(copy, server)
         with self.assertRaises(AttributeError):
             copy.take_map(SimpleNamespace(instance=1, revision=1, resolution=0.1))
+
+    def test_takes_the_parts_of_a_large_map(self):
+        server, copy = Server(True), MapFollower()
+        for _ in range(20):
+            server.edit()
+        parts = server.parts(3)
+        for wrong in (parts[0], parts[:-1], parts[::-1], []):
+            self.assertRaises(DamagedMessage, copy.take_map, wrong)
+        copy.take_map(parts)
+        self.expect_same(copy, server)
 
     def test_leaves_out_what_is_old(self):
         server, copy = Server(True), MapFollower()

@@ -150,10 +150,7 @@ inline std::vector<ShownCube> expectedCubes(const cuboid_mapping::CuboidMap& map
       const Eigen::Vector3d center_m = 0.5 * (metric.min_m + metric.max_m);
       std_msgs::ColorRGBA color = freeColor();
       if (style.filter == cuboid_mapping::CuboidFilter::kOccupied) {
-        const auto probability =
-            meanProbability(map, cuboid.box, cuboid_mapping::Budget::unlimited());
-        color = style.color_by == ColorBy::kHeight ? toSpanColor(center_m.z(), style.color_span)
-                                                   : toProbabilityColor(*probability);
+        color = toSpanColor(center_m.z(), style.color_span);
       }
       cubes.push_back(makeShownCube(center_m, metric.max_m - metric.min_m, color));
     }

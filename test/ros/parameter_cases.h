@@ -255,10 +255,6 @@ inline std::vector<Case> otherCases() {
   using P = NodeParameters;
   std::vector<Case> cases{
       {"publish_values", true, [](const P& p) { return p.publish_values; }, {0, 1, "true"}},
-      {"map_part_size",
-       0.5,
-       [](const P& p) { return p.map_part_size_mb == 0.5; },
-       {0.0, -1.0, 501.0, kNan, "1"}},
       {"queue_size", 3, [](const P& p) { return p.queue_size == 3; }, {0, -1, 1001, 3.0}},
       {"tf_wait", 0.5, [](const P& p) { return p.tf_wait_s == 0.5; }, {0.0, -1.0, 3601.0, kNan}},
       {"tf_gap", 0.5, [](const P& p) { return p.tf_gap_s == 0.5; }, {0.0, -1.0, 86401.0, kNan}},
@@ -266,10 +262,6 @@ inline std::vector<Case> otherCases() {
        2.5,
        [](const P& p) { return p.publish_rate_hz == 2.5; },
        {0.0, -1.0, 101.0, kNan, "fast"}},
-      {"color_by",
-       "probability",
-       [](const P& p) { return p.color_by == ColorBy::kProbability; },
-       {"", "colour", 1}},
       {"map_file", "/a.bt", [](const P& p) { return p.map_file == "/a.bt"; }, {1, true}},
       {"autosave_file", "/b", [](const P& p) { return p.autosave_file == "/b"; }, {1.5, false}},
       {"autosave_period",

@@ -195,7 +195,7 @@ echo "$*" >>"{starts}"
         show_map = load_show_map()
         with tempfile.TemporaryDirectory() as folder, mock.patch.object(show_map, 'rospy') as rospy, \
                 mock.patch.object(show_map.rospkg, 'RosPack') as packages, mock.patch.dict(os.environ, {'CMAKE_PREFIX_PATH': folder}):
-            parameters = {'cuboid_mapping/frame_id': '/odom', 'cuboid_mapping/defaults/color_by': 'probability'}
+            parameters = {'cuboid_mapping/defaults/frame_id': '/odom'}
             rospy.get_param.side_effect = parameters.get
             rospy.get_published_topics.return_value = []
             rospy.resolve_name.return_value = '/cloud_in'
@@ -211,7 +211,7 @@ echo "$*" >>"{starts}"
                 self.assertEqual(show_map.DISPLAY in displays, place is not None)
                 self.assertEqual('rviz/MarkerArray' in displays, place is None)
                 self.assertEqual(rospy.logwarn.call_count, 1)
-            self.assertEqual(displays[show_map.DISPLAY]['Color by']['Value'], 'Probability')
+            self.assertEqual(displays[show_map.DISPLAY]['Server'], 'cuboid_mapping')
 
     def test_a_sensor_that_nobody_publishes_yet_is_shown_by_its_type(self):
         show_map = load_show_map()

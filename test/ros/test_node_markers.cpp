@@ -137,7 +137,7 @@ class ExpectedMap {
   }
   [[nodiscard]] std::vector<ShownCube> free() const {
     return withoutColors(
-        expectedCubes(map_, map_.grid(), makeStyle(NodeParameters(), CuboidFilter::kFree)));
+        expectedCubes(map_, map_.grid(), {CuboidFilter::kFree}));
   }
 
  private:

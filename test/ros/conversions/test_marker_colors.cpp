@@ -13,13 +13,6 @@ void expectColor(const std_msgs::ColorRGBA& color, double r, double g, double b)
   EXPECT_EQ(color.a, 1.0F);
 }
 
-TEST(MarkerColors, ProbabilityGoesFromGreyBlueToRed) {
-  expectColor(toProbabilityColor(0.5), 0.45, 0.5, 0.65);
-  expectColor(toProbabilityColor(0.75), 0.725, 0.25, 0.325);
-  expectColor(toProbabilityColor(1.0), 1, 0, 0);
-  expectColor(toProbabilityColor(0.1), 0.45, 0.5, 0.65);
-}
-
 TEST(MarkerColors, FreeSpaceIsTranslucent) {
   EXPECT_GT(freeColor().a, 0.0F);
   EXPECT_LT(freeColor().a, 0.5F);

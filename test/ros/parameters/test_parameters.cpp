@@ -471,7 +471,7 @@ TEST(Parameters, TheDocumentBeginsWithTenAndHasEachInItsGroup) {
       {"The first ten", {"resolution", "sources", "deskew"}},
       {"Sensor", {"type", "ground_filter/angle", "self_filter/padding", "sensor_model/hit"}},
       {"Map", {"fusion", "sensor_model/min", "window/size", "map_file"}},
-      {"Output", {"publish_rate", "latch", "color", "robot_grid/size"}},
+      {"Output", {"publish_rate", "occupancy_min_z", "robot_grid/size"}},
       {"Advanced", {"threads", "query/max_time", "tf_gap"}}};
   for (const auto& [head, keys] : groups) {
     const std::size_t start = page.find("\n## " + head + "\n");

@@ -55,17 +55,8 @@ TEST(Reconfigure, WhatIsInForceCanBeSentBackWithoutAnyChange) {
   EXPECT_EQ(toLogLines(loaded.parameters), toLogLines(parameters));
 }
 
-TEST(Reconfigure, GraphicalClientsGetNamesToChooseFromAndRangesToDrag) {
+TEST(Reconfigure, GraphicalClientsGetRangesToDrag) {
   const auto description = describeConfig();
-  std::size_t num_choices = 0;
-  for (const auto& parameter : description.groups.at(0).parameters) {
-    if (parameter.name != "color_by") continue;
-    ++num_choices;
-    for (const char* part : {"'enum': [", "'value': 'height'", "'value': 'probability'"}) {
-      EXPECT_NE(parameter.edit_method.find(part), std::string::npos) << parameter.edit_method;
-    }
-  }
-  EXPECT_EQ(num_choices, 1U);
   for (const Config& config : {description.min, description.max}) {
     for (const auto& limit : config.doubles) EXPECT_LE(std::abs(limit.value), 1e4) << limit.name;
   }
@@ -102,12 +93,6 @@ TEST(Reconfigure, OneValueChangesAndTheOthersStay) {
   EXPECT_EQ(loaded.parameters.source.sensor_model.hit, 0.9);
   loaded = applyConfig(parameters, withNumber("pointcloud_max_z", 250.0));
   EXPECT_EQ(loaded.parameters.source.crop.max_m.z(), 250.0) << "not clamped to 100";
-  Config color_by;
-  color_by.strs.resize(1);
-  color_by.strs[0].name = "color_by";
-  color_by.strs[0].value = "probability";
-  loaded = applyConfig(parameters, color_by);
-  EXPECT_EQ(loaded.parameters.color_by, ColorBy::kProbability);
 }
 
 TEST(Reconfigure, AllFieldsOfARequestCount) {

@@ -317,7 +317,7 @@ class NodeValues : public ::testing::Test {
     node_ = std::make_unique<Program>(
         std::vector<std::string>{CUBOID_MAPPING_NODE, std::string("__name:=") + (kName + 1),
                                  "__log:=/dev/null", "_resolution:=0.1", "_publish_rate:=20.0",
-                                 "_publish_values:=true", "_map_part_size:=0.02"},
+                                 "_publish_values:=true"},
         std::function<void()>());
     ASSERT_TRUE(
         ros::service::waitForService(std::string(kName) + "/set_box", ros::Duration(kDeadline_s)));

@@ -42,11 +42,6 @@ bool isOtherSpan(const HeightRange& span, const HeightRange& shown) {
          std::abs(span.max_m - shown.max_m) > tolerance_m;
 }
 
-std_msgs::ColorRGBA toProbabilityColor(double probability) {
-  const double t = std::clamp(2.0 * probability - 1.0, 0.0, 1.0);
-  return makeColor(0.45 + 0.55 * t, 0.5 * (1.0 - t), 0.65 * (1.0 - t), 1.0);
-}
-
 std_msgs::ColorRGBA freeColor() { return makeColor(0.2, 0.8, 0.3, 0.1); }
 
 visualization_msgs::Marker makeCubeList(const std_msgs::Header& header,

@@ -29,10 +29,6 @@ namespace cuboid_mapping_ros {
 /// an end has moved by more than a tenth of it.
 [[nodiscard]] bool isOtherSpan(const HeightRange& span, const HeightRange& shown);
 
-/// Colour of the probability of an occupied cuboid: grey-blue at 0.5, red at 1, linear between.
-/// Values outside [0.5, 1] are taken for the nearest one inside. Alpha is 1.
-[[nodiscard]] std_msgs::ColorRGBA toProbabilityColor(double probability);
-
 /// The colour of all free cuboids: green, translucent.
 [[nodiscard]] std_msgs::ColorRGBA freeColor();
 

@@ -2,7 +2,6 @@
 #include "cuboid_mapping/ros/markers/map_markers.h"
 
 #include "cuboid_mapping/query/height_range.h"
-#include "cuboid_mapping/ros/parameters/parameter_table.h"
 
 namespace cuboid_mapping_ros {
 
@@ -23,10 +22,6 @@ void MapMarkers::publish() {
   free_.publish();
 }
 
-void MapMarkers::setParameters(const NodeParameters& parameters) {
-  occupied_.setColorBy(parameters.color_by);
-}
-
 void MapMarkers::updateColorSpan() {
   if (!occupied_.hasListeners() || !is_span_old_) return;
   is_span_old_ = false;
@@ -34,18 +29,6 @@ void MapMarkers::updateColorSpan() {
   if (color_span_ && !isOtherSpan(span, *color_span_)) return;
   color_span_ = span;
   occupied_.setColorSpan(span);
-}
-
-std::vector<ParameterDeclaration> MapMarkers::declare() {
-  using P = NodeParameters;
-  return {
-      {"color_by", "",
-       choice<ColorBy>(&P::color_by,
-                       {{"height", ColorBy::kHeight}, {"probability", ColorBy::kProbability}}),
-       "Meaning of the colour of occupied cuboids. height: from blue to red, without the lowest "
-       "and "
-       "the highest 2 % of the map."},
-  };
 }
 
 }  // namespace cuboid_mapping_ros

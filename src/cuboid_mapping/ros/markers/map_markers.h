@@ -6,7 +6,6 @@
 
 #include <optional>
 #include <string>
-#include <vector>
 
 namespace cuboid_mapping_ros {
 
@@ -14,13 +13,9 @@ namespace cuboid_mapping_ros {
 class MapMarkers : public MapFeature {
  public:
   explicit MapMarkers(const MapHost& host);
-
-  [[nodiscard]] static std::vector<ParameterDeclaration> declare();
-
   [[nodiscard]] std::string name() const override { return "markers"; }
   void onChanges(const MapChanges& changes) override;
   void publish() override;
-  void setParameters(const NodeParameters& parameters) override;
 
  private:
   /// Fits the colours of heights to the map if it has grown enough.

@@ -2,7 +2,6 @@
 #include "cuboid_mapping/ros/markers/marker_cache.h"
 
 #include "cuboid_mapping/geometry/page.h"
-#include "cuboid_mapping/query/value_query.h"
 #include "cuboid_mapping/ros/conversions/points.h"
 
 #include <algorithm>
@@ -29,14 +28,24 @@ std::int32_t endOfPiece(std::int32_t begin, std::int32_t end) {
   return end - begin <= kEdge ? end : (begin & ~(kEdge - 1)) + kEdge;
 }
 
-}  // namespace
-
-MarkerStyle makeStyle(const NodeParameters& parameters, CuboidFilter filter) {
-  MarkerStyle style;
-  style.filter = filter;
-  style.color_by = parameters.color_by;
-  return style;
+/// Calls visit(least corner, size) for the pieces of a box.
+template <typename VisitT>
+void visitPieces(const CellBox& box, const VisitT& visit) {
+  Cell min;
+  Cell max;
+  for (min.z = box.min.z; min.z < box.max.z; min.z = max.z) {
+    max.z = endOfPiece(min.z, box.max.z);
+    for (min.y = box.min.y; min.y < box.max.y; min.y = max.y) {
+      max.y = endOfPiece(min.y, box.max.y);
+      for (min.x = box.min.x; min.x < box.max.x; min.x = max.x) {
+        max.x = endOfPiece(min.x, box.max.x);
+        visit(min, max - min);
+      }
+    }
+  }
 }
+
+}  // namespace
 
 MarkerCache::MarkerCache(const Grid& grid, const MarkerStyle& style) : grid_(grid), style_(style) {}
 
@@ -48,7 +57,7 @@ void MarkerCache::noteChanges(const ChangeSet& changes) {
     return;
   }
   for (const ChangedBrick& changed : changes.bricks) {
-    if (changed.has_new_cuboids || showsProbability()) dirty_.insert(pageOf(changed.brick));
+    if (changed.has_new_cuboids) dirty_.insert(pageOf(changed.brick));
   }
 }
 
@@ -62,13 +71,6 @@ void MarkerCache::read(const CuboidMap& map, Budget& budget) {
   }
 }
 
-void MarkerCache::setColorBy(ColorBy color_by) {
-  if (style_.color_by == color_by) return;
-  is_everything_dirty_ = true;  // Kept probabilities may differ.
-  style_.color_by = color_by;
-  markLists();
-}
-
 void MarkerCache::markLists() {
   for (std::size_t size_id = 0; size_id < cubes_.size(); ++size_id) {
     if (!cubes_[size_id].empty()) changed_.set(size_id);
@@ -77,7 +79,7 @@ void MarkerCache::markLists() {
 
 void MarkerCache::setColorSpan(const HeightRange& span) {
   style_.color_span = span;
-  if (style_.color_by == ColorBy::kHeight) markLists();
+  markLists();
 }
 
 MarkerArray MarkerCache::takeDifference(const std_msgs::Header& header) {
@@ -109,31 +111,14 @@ MarkerArray MarkerCache::makePicture(const std_msgs::Header& header) const {
 
 void MarkerCache::release() { *this = MarkerCache(grid_, style_); }
 
-void MarkerCache::appendCubes(const CellBox& box, float probability,
-                              std::vector<SizedCube>& cubes) const {
-  Cell min;
-  Cell max;
-  for (min.z = box.min.z; min.z < box.max.z; min.z = max.z) {
-    max.z = endOfPiece(min.z, box.max.z);
-    for (min.y = box.min.y; min.y < box.max.y; min.y = max.y) {
-      max.y = endOfPiece(min.y, box.max.y);
-      for (min.x = box.min.x; min.x < box.max.x; min.x = max.x) {
-        max.x = endOfPiece(min.x, box.max.x);
-        cubes.push_back({toSizeId(max - min), {min, probability}});
-      }
-    }
-  }
-}
-
 void MarkerCache::readPage(const CuboidMap& map, const Cell& page) {
   const CellBox box = pageBox(page);
   std::vector<SizedCube> cubes;
   const auto add = [&](const Cuboid& cuboid) {
     if (!box.contains(cuboid.box.min)) return Visit::kContinue;
-    const double probability =
-        showsProbability() ? meanProbability(map, cuboid.box, Budget::unlimited()).valueOr(0.0)
-                           : 0.0;
-    appendCubes(cuboid.box, static_cast<float>(probability), cubes);
+    visitPieces(cuboid.box, [&](const Cell& min, const Cell& size) {
+      cubes.push_back({toSizeId(size), min});
+    });
     return Visit::kContinue;
   };
   visitBox(map, box, style_.filter, add);
@@ -159,15 +144,15 @@ void MarkerCache::markEverything(const CuboidMap& map) {
 void MarkerCache::replacePage(const Cell& page, std::vector<SizedCube> cubes) {
   // The order depends on the cubes only, so unchanged markers compare equal.
   std::sort(cubes.begin(), cubes.end(), [](const SizedCube& a, const SizedCube& b) {
-    return a.size_id != b.size_id ? a.size_id < b.size_id : a.cube.min < b.cube.min;
+    return a.size_id != b.size_id ? a.size_id < b.size_id : a.min < b.min;
   });
   std::vector<int> sizes;
   for (auto first = cubes.cbegin(); first != cubes.cend();) {
     const int size_id = first->size_id;
-    std::vector<Cube> list;
-    for (; first != cubes.cend() && first->size_id == size_id; ++first) list.push_back(first->cube);
+    std::vector<Cell> list;
+    for (; first != cubes.cend() && first->size_id == size_id; ++first) list.push_back(first->min);
     sizes.push_back(size_id);
-    std::vector<Cube>& known_cubes = cubes_[static_cast<std::size_t>(size_id)][page];
+    std::vector<Cell>& known_cubes = cubes_[static_cast<std::size_t>(size_id)][page];
     if (known_cubes == list) continue;
     known_cubes = std::move(list);
     changed_.set(static_cast<std::size_t>(size_id));
@@ -200,13 +185,10 @@ Marker MarkerCache::makeMarker(int size_id, const std_msgs::Header& header) cons
   marker.points.reserve(num_cubes);
   if (has_colors) marker.colors.reserve(num_cubes);
   for (const auto& [page, cubes] : pages) {
-    for (const Cube& cube : cubes) {
-      const Eigen::Vector3d center = grid_.centerOf({cube.min, cube.min + size});
+    for (const Cell& min : cubes) {
+      const Eigen::Vector3d center = grid_.centerOf({min, min + size});
       marker.points.push_back(toPoint(center - anchor_map_));
-      if (!has_colors) continue;
-      marker.colors.push_back(style_.color_by == ColorBy::kHeight
-                                  ? toSpanColor(center.z(), style_.color_span)
-                                  : toProbabilityColor(cube.probability));
+      if (has_colors) marker.colors.push_back(toSpanColor(center.z(), style_.color_span));
     }
   }
   return marker;

@@ -5,7 +5,6 @@
 #include "cuboid_mapping/map/cuboid_search.h"
 #include "cuboid_mapping/query/budget.h"
 #include "cuboid_mapping/ros/conversions/marker_colors.h"
-#include "cuboid_mapping/ros/parameters/parameters.h"
 
 #include <std_msgs/Header.h>
 #include <visualization_msgs/MarkerArray.h>
@@ -21,13 +20,9 @@ namespace cuboid_mapping_ros {
 /// Cuboids that become markers, and their appearance.
 struct MarkerStyle {
   CuboidFilter filter = CuboidFilter::kOccupied;  ///< kOccupied or kFree.
-  /// Colour of occupied cuboids; free ones all have freeColor().
-  ColorBy color_by = ColorBy::kHeight;
-  HeightRange color_span{0.0, 1.0};  ///< For kHeight: from blue to red.
+  /// Heights of occupied cuboids, from blue to red; free ones all have freeColor().
+  HeightRange color_span{0.0, 1.0};
 };
-
-/// Style of a marker topic. @param filter  kOccupied or kFree.
-[[nodiscard]] MarkerStyle makeStyle(const NodeParameters& parameters, CuboidFilter filter);
 
 /// The cuboids of one class as markers: one CUBE_LIST for each size of cuboid, updated by
 /// changes.
@@ -52,7 +47,6 @@ class MarkerCache {
   void noteChanges(const ChangeSet& changes);
 
   /// Sets other colours; takeDifference() then has the markers that they change.
-  void setColorBy(ColorBy color_by);
   void setColorSpan(const HeightRange& span);
 
   /// Whether read() has pages to read, or takeDifference() has markers.
@@ -82,26 +76,14 @@ class MarkerCache {
   void release();
 
  private:
-  /// A cube of a known size.
-  struct Cube {
-    Cell min;
-    float probability;  ///< Mean of the cuboid's voxels; 0 if the colour does not show it.
-  };
+  /// A cube, by its least corner.
   struct SizedCube {
     int size_id;
-    Cube cube;
+    Cell min;
   };
-  friend bool operator==(const Cube& a, const Cube& b) {
-    return a.min == b.min && a.probability == b.probability;
-  }
-  using CubesByPage = std::map<Cell, std::vector<Cube>>;
+  using CubesByPage = std::map<Cell, std::vector<Cell>>;
   using SizeSet = std::bitset<kNumSizes>;
 
-  void appendCubes(const CellBox& box, float probability, std::vector<SizedCube>& cubes) const;
-  /// Whether the colour of a cuboid stands for its probability.
-  [[nodiscard]] bool showsProbability() const {
-    return style_.color_by == ColorBy::kProbability && style_.filter == CuboidFilter::kOccupied;
-  }
   void readPage(const CuboidMap& map, const Cell& page);
   /// Marks all lists as changed for takeDifference().
   void markLists();

@@ -11,7 +11,7 @@ namespace cuboid_mapping_ros {
 MarkerPublisher::MarkerPublisher(const ros::NodeHandle& nh, CuboidFilter filter,
                                  const NodeParameters& parameters, const GuardedMap& map)
     : map_(map),
-      cache_(map.grid(), makeStyle(parameters, filter)),
+      cache_(map.grid(), {filter}),
       keyframe_period_(parameters.keyframe_period_s),
       last_picture_(ros::SteadyTime::now()),
       topic_(

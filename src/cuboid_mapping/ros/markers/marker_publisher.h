@@ -35,14 +35,11 @@ class MarkerPublisher {
   MarkerPublisher(const MarkerPublisher&) = delete;
   MarkerPublisher& operator=(const MarkerPublisher&) = delete;
 
-  /// Notes a change; call it for every change of the R-tree, in parts, before publish().
+  /// Notes a change; call it for every change of the map, in parts, before publish().
   void noteChanges(const ChangeSet& changes) { cache_.noteChanges(changes); }
 
-  /// Set other colours for the next publish().
-  ///@{
-  void setColorBy(ColorBy color_by) { cache_.setColorBy(color_by); }
+  /// Sets other colours for the next publish().
   void setColorSpan(const HeightRange& span) { cache_.setColorSpan(span); }
-  ///@}
 
   [[nodiscard]] bool hasListeners() const { return num_listeners_ > 0; }
 

@@ -52,7 +52,7 @@ struct ParameterKind {
   std::function<XmlRpc::XmlRpcValue(NodeParameters)> get = nullptr;
   double min = -std::numeric_limits<double>::infinity();  ///< Limit of a number.
   double max = std::numeric_limits<double>::infinity();   ///< Limit of a number.
-  std::vector<std::string> choices = {};                  ///< All values, if they are names.
+  bool is_name = false;                                   ///< Whether it is one of several names.
   bool is_frame = false;                                  ///< Whether it is a tf2 frame.
 };
 
@@ -99,8 +99,10 @@ template <typename T>
                                    const std::vector<std::pair<std::string, T>>& values) {
   ParameterKind kind;
   kind.is_of_source = field.isOfSource();
-  for (const auto& [name, value] : values) kind.choices.push_back(name);
-  kind.allowed = joinAlternatives(kind.choices);
+  kind.is_name = true;
+  std::vector<std::string> names;
+  for (const auto& [name, value] : values) names.push_back(name);
+  kind.allowed = joinAlternatives(names);
   kind.set = [field, values](NodeParameters& p, const XmlRpc::XmlRpcValue& given) -> std::string {
     const auto text = textOf(given);
     for (const auto& [name, value] : values) {

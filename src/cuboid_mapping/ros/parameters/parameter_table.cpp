@@ -158,7 +158,9 @@ const std::map<std::string, std::string>& mergedParameters() {
   static const std::map<std::string, std::string> kMerged{
       {"queue_memory", "queue_size limits the clouds that wait"},
       {"order_wait", "clouds of several sources do not wait for each other; see queue_size"},
+      {"color_by", "markers have the colours of heights; the rviz display shows probabilities"},
       {"color_period", "the colours of heights fit the map"},
+      {"map_part_size", "a message of cuboid_map has at most 250 MB, before it is compressed"},
       {"markers/joined", "the rviz display shows joined cuboids"}};
   return kMerged;
 }

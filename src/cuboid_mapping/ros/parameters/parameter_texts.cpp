@@ -73,7 +73,7 @@ const std::vector<std::pair<Group, std::vector<std::string>>> kGroupKeys = {
      {"environment", "fusion", "sensor_model/", "map_file", "autosave_period", "window/",
       "keep_clouds/", "forget", "start_free", "merge/"}},
     {Group::kOutput,
-     {"publish_", "keyframe_period", "color", "robot_grid/", "occupancy_", "min_x_size",
+     {"publish_", "keyframe_period", "robot_grid/", "occupancy_", "min_x_size",
       "min_y_size", "filter_speckles", "observation"}},
 };
 
@@ -140,7 +140,7 @@ std::string describe(XmlRpc::XmlRpcValue value) {
 
 std::string formatValue(const ParameterDeclaration& declaration, const NodeParameters& parameters) {
   const XmlRpc::XmlRpcValue value = declaration.kind.get(parameters);
-  if (!declaration.kind.choices.empty()) return *textOf(value);
+  if (declaration.kind.is_name) return *textOf(value);
   return value.valid() ? toFlow(value) : "[]";
 }
 

@@ -171,9 +171,6 @@ struct RobotGridParameters {
   double max_z_m = 1.5;  ///< Upper end.
 };
 
-/// Meaning of the colour of an occupied cuboid.
-enum class ColorBy : unsigned char { kHeight, kProbability };
-
 /// What is forgotten, see Forgetting.
 enum class Forget : unsigned char {
   kAll,       ///< Voxels become unknown.
@@ -223,13 +220,10 @@ struct NodeParameters {
   double publish_rate_hz = 5.0;     ///< Greatest rate of the map topics.
   double keyframe_period_s = 10.0;  ///< Period of whole messages between differences; 0: none.
   bool publish_values = false;      ///< Whether cuboid_map carries log-odds, or classes alone.
-  ColorBy color_by = ColorBy::kHeight;
   std::string map_file;       ///< Loaded at the start; empty: none.
   std::string autosave_file;  ///< Saved to now and then; empty: none.
   double autosave_period_s = 60.0;
   bool is_autosave_read = false;  ///< Read at the start: saves may replace it. No parameter.
-  double map_part_size_mb =
-      250.0;  ///< Bound of a message of cuboid_map, before it is deflated, in MB.
   ServiceLimits service_limits;
   FleetParameters fleet;
   WindowParameters window;

@@ -25,7 +25,7 @@ using XmlRpc::XmlRpcValue;
 /// Groups of keys that can be changed; a group is a key, or all keys that begin with it and a slash.
 constexpr char kRuntimeGroups[] =
     "sensor_model publish_rate filter_ground ground_filter occupancy_min_z occupancy_max_z "
-    "min_x_size min_y_size filter_speckles color_by "
+    "min_x_size min_y_size filter_speckles "
     "pointcloud_min_x pointcloud_min_y pointcloud_min_z pointcloud_max_x pointcloud_max_y "
     "pointcloud_max_z";
 
@@ -55,23 +55,6 @@ const char* add(const std::string& name, XmlRpcValue value, Config& config) {
       ConfigTools::appendParameter(config, name, static_cast<std::string&>(value));
       return "str";
   }
-}
-
-/// Names of the choices for graphical clients: a Python dictionary, as generated from
-/// .cfg files. Empty for other kinds.
-std::string editMethodOf(const ParameterDeclaration& declaration) {
-  if (declaration.kind.choices.empty()) return {};
-  std::vector<std::string> choices;
-  choices.reserve(declaration.kind.choices.size());
-  for (const std::string& name : declaration.kind.choices) {
-    std::string choice = "{'name': '";
-    choice.append(name).append("', 'type': 'str', 'value': '").append(name);
-    choice +=
-        "', 'description': '', 'srcline': 0, 'srcfile': '', 'ctype': 'std::string', "
-        "'cconsttype': 'const char * const'}";
-    choices.push_back(choice);
-  }
-  return "{'enum': [" + join(choices, ", ") + "], 'enum_description': '" + declaration.key + "'}";
 }
 
 void addTopGroup(Config& config) {
@@ -130,7 +113,6 @@ dynamic_reconfigure::ConfigDescription describeConfig() {
     dynamic_reconfigure::ParamDescription parameter;
     parameter.name = toReconfigureName(declaration.key);
     parameter.description = declaration.help;
-    parameter.edit_method = editMethodOf(declaration);
     parameter.type = add(parameter.name, least, description.min);
     add(parameter.name, most, description.max);
     description.groups.front().parameters.push_back(parameter);

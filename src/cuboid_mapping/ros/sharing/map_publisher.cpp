@@ -30,10 +30,6 @@ constexpr std::size_t kMaxDeltaBricks = 200000;
 
 bool isTooMuch(const ChangeSet& changes) { return changes.bricks.size() > kMaxDeltaBricks; }
 
-std::size_t partBytes(const NodeParameters& parameters) {
-  return static_cast<std::size_t>(1e6 * parameters.map_part_size_mb);
-}
-
 ChangeSet everythingOf(const ChangeSet& changes) { return {changes.revision, true, {}}; }
 
 }  // namespace
@@ -159,7 +155,7 @@ MapPublisher::MapPublisher(const MapHost& host)
                                                                            kUpdatesQueue)),
       images_(
           withQueue(host.nh, host.slow_queue), withQueue(host.private_nh, host.slow_queue),
-          {detail_, partBytes(host.parameters), host.parameters.keyframe_period_s},
+          {detail_, MapImageServer::kMaxPartBytes, host.parameters.keyframe_period_s},
           [this](MapDetail detail) { return makeImage(detail); },
           [this] { return describeLeftOut(); }) {}
 
@@ -214,9 +210,6 @@ std::vector<ParameterDeclaration> MapPublisher::declare() {
       {"publish_values", "", boolean(&P::publish_values),
        "true: cuboid_map and cuboid_map_updates carry the log-odds of every voxel. false: only "
        "classes, which suffice for planners."},
-      {"map_part_size", "MB", number(&P::map_part_size_mb, 0.001, 500.0),
-       "A larger map is sent in several messages (cuboid_map, ~get_map). This is the size before "
-       "compression."},
   };
 }
 

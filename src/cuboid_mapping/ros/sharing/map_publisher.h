@@ -40,11 +40,12 @@ class MapImageServer {
 
   static constexpr std::size_t kKept = 2;
   static constexpr double kKeptFor_s = 60.0;
+  static constexpr std::size_t kMaxPartBytes = 250000000;
 
   struct Options {
     MapDetail topic_detail = MapDetail::kClasses;
-    std::size_t max_part_bytes = 250000000;  ///< Size of a part before it is deflated.
-    double keyframe_period_s = 0.0;          ///< Period of keyframes; 0: none.
+    std::size_t max_part_bytes = kMaxPartBytes;  ///< Size of a part before it is deflated.
+    double keyframe_period_s = 0.0;              ///< Period of keyframes; 0: none.
   };
 
   /// @param nh, private_nh  Namespaces of the topic, and of the service. @param make  Makes an image of the
