@@ -175,6 +175,8 @@ const std::map<std::string, std::string>& retiredParameters() {
        "earlier saves are for tools such as logrotate, or a copy before the start: remove it"},
       {"map_file_optional", kAutosave},
       {"resume", kAutosave},
+      {"depth_unit", "write length_unit, in the sources with depth images"},
+      {"point_unit", "write length_unit, in the sources with clouds or scans"},
       {"forget_class", "write forget: all, occupied or free"},
       {"forget_to", "write forget: seen_once for seen_once, and remove it for unknown"},
       {"observation_excess",
@@ -200,6 +202,12 @@ const std::map<std::string, std::string>& retiredParameters() {
       {"published_cuboids",
        "the marker topics show the cuboids of the map, which are boxes of one class: remove it"}};
   return kRetired;
+}
+
+std::optional<ParameterError> findRetired(const std::string& key) {
+  const auto retired = retiredParameters().find(key);
+  if (retired == retiredParameters().end()) return std::nullopt;
+  return ParameterError{key, "belongs to an earlier version: " + retired->second};
 }
 
 const std::set<std::string>& parametersOfOthers() {

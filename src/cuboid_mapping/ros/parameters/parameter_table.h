@@ -25,9 +25,6 @@ struct ParameterDeclaration {
 /// sources.
 [[nodiscard]] std::vector<ParameterDeclaration> declareSources();
 
-/// Names of length_unit in earlier versions, for some types of sensors. Their help is the warning.
-[[nodiscard]] std::vector<ParameterDeclaration> oldUnits();
-
 /// Parameters of a feature, or of a step of the sensors.
 struct FeatureParameters {
   std::vector<ParameterDeclaration> (*declare)();
@@ -46,6 +43,8 @@ void checkOrder(const LoadedParameters& loaded, const std::string& lower_key, do
 
 /// Keys of earlier versions, with the reason of their removal and the cure.
 [[nodiscard]] const std::map<std::string, std::string>& retiredParameters();
+/// The error that one of these is; nothing for another key.
+[[nodiscard]] std::optional<ParameterError> findRetired(const std::string& key);
 
 /// All parameters; keys with the same part before the slash are neighbours.
 [[nodiscard]] const std::vector<ParameterDeclaration>& parameterTable();

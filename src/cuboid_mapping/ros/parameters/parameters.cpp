@@ -133,17 +133,6 @@ void readValues(const XmlRpcValue& group, bool is_source, LoadedParameters& load
   for (const ParameterDeclaration& declaration : parameterTable()) {
     if (!is_source || declaration.kind.is_of_source) readValue(group, declaration, loaded);
   }
-  const double unit_m = loaded.parameters.source.length_unit_m;
-  for (const ParameterDeclaration& old : oldUnits()) {
-    const auto value = findValue(group, old.key);
-    if (!value) continue;
-    readValue(group, old, loaded);
-    loaded.warnings.push_back({old.key, "is " + describe(*value) + ": " + old.help});
-    if (unit_m == 0.0 || numberOf(*value) == unit_m) continue;
-    loaded.errors.push_back({old.key, "is " + describe(*value) +
-                                          ", but length_unit, its new name, is " +
-                                          formatNumber(unit_m) + ": remove one of them"});
-  }
 }
 
 bool isGood(const LoadedParameters& loaded, const std::string& key) {
@@ -180,7 +169,6 @@ struct KnownKeys {
       if (slash != std::string::npos) groups.push_back(declaration.key.substr(0, slash));
       leftovers.insert(leftoverNameOf(declaration.key));
     }
-    for (const ParameterDeclaration& old : oldUnits()) leftovers.insert(old.key);
     for (const auto* names : {&retiredParameters(), &mergedParameters()}) {
       for (const auto& [key, cure] : *names) {
         if (const auto slash = key.find('/'); slash != std::string::npos) {
@@ -202,9 +190,8 @@ struct KnownKeys {
 void judgeUnknownKey(const std::string& key, const XmlRpcValue& value, const KnownKeys& known,
                      LoadedParameters& loaded) {
   if (parametersOfOthers().count(key) > 0) return;
-  const auto retired = retiredParameters().find(key);
-  if (retired != retiredParameters().end()) {
-    loaded.errors.push_back({key, "belongs to an earlier version: " + retired->second});
+  if (auto error = findRetired(key)) {
+    loaded.errors.push_back(std::move(*error));
     return;
   }
   for (const auto* names : {&octomapServerOnly(), &mergedParameters()}) {
