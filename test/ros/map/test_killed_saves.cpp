@@ -64,7 +64,7 @@ TEST(MapStorage, startsFromAStoreThatWasMadeWhenItsNodeWasKilled) {
       (void)saveMap(map, "map", parameters.autosave_file);
       for (;;) pause();
     }));
-    const auto found = readStartMap(parameters);
+    const auto found = readStartMap(findStartMap(parameters), parameters);
     num_made += found ? 1 : 0;
     if (found) {
       ASSERT_EQ(cuboid_mapping::test::voxelsOf(found->bricks), voxels);
@@ -74,7 +74,7 @@ TEST(MapStorage, startsFromAStoreThatWasMadeWhenItsNodeWasKilled) {
   EXPECT_LT(num_made, 60);
   parameters.autosave_file = folder / "tables.sqlite";
   cuboid_mapping::MapStore(parameters.autosave_file, cuboid_mapping::StoreAccess::kWrite);
-  EXPECT_FALSE(readStartMap(parameters)) << "a store with tables only";
+  EXPECT_FALSE(readStartMap(findStartMap(parameters), parameters)) << "a store with tables only";
 }
 
 /// Kills a process that saves again and again, 200 times at any moment of its first saves: the file is always whole.

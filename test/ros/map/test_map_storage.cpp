@@ -311,18 +311,19 @@ TEST(MapStorage, saysWhyItCannotSave) {
 TEST(MapStorage, startsFromAFileWithItsResolution) {
   const TemporaryFolder folder;
   NodeParameters parameters;
-  EXPECT_FALSE(readStartMap(parameters));
+  EXPECT_FALSE(readStartMap(findStartMap(parameters), parameters));
   MapSnapshot snapshot;
   snapshot.resolution_m = 0.25;
   snapshot.bricks = cuboid_mapping::toBricks({{{{0, 0, 0}, {2, 2, 2}}, 1.0F}}).bricks;
   writeMapFile(folder / "start.bt", snapshot);
   parameters.map_file = folder / "start.bt";
-  const auto start = readStartMap(parameters);
+  const auto start = readStartMap(findStartMap(parameters), parameters);
   ASSERT_TRUE(start);
   EXPECT_EQ(parameters.map.resolution_m, 0.25);
   EXPECT_EQ(start->bricks.size(), 1U);
   parameters.map_file = folder / "none.bt";
-  EXPECT_THROW((void)readStartMap(parameters), cuboid_mapping::MapFileError);
+  EXPECT_THROW((void)readStartMap(findStartMap(parameters), parameters),
+               cuboid_mapping::MapFileError);
 }
 
 TEST(MapStorage, startsWithTheLastSaveAndOtherwiseWithMapFile) {
@@ -330,26 +331,27 @@ TEST(MapStorage, startsWithTheLastSaveAndOtherwiseWithMapFile) {
   NodeParameters parameters;
   parameters.map = makeConfig();
   parameters.autosave_file = folder / "map.cuboids";
-  EXPECT_FALSE(readStartMap(parameters)) << "the first run";
+  EXPECT_FALSE(readStartMap(findStartMap(parameters), parameters)) << "the first run";
   Random random(101);
   GuardedMap first(makeConfig());
   fill(first, random);
   parameters.map_file = folder / "first.cuboids";
   ASSERT_EQ(saveMap(first, "map", parameters.map_file).error, "");
-  const auto start = readStartMap(parameters);
+  const auto start = readStartMap(findStartMap(parameters), parameters);
   ASSERT_TRUE(start);
   EXPECT_EQ(cuboid_mapping::test::voxelsOf(start->bricks), voxelsOf(first));
   EXPECT_FALSE(parameters.is_autosave_read);
   GuardedMap later(makeConfig());
   fill(later, random);
   ASSERT_EQ(saveMap(later, "map", parameters.autosave_file).error, "");
-  const auto found = readStartMap(parameters);
+  const auto found = readStartMap(findStartMap(parameters), parameters);
   ASSERT_TRUE(found);
   EXPECT_EQ(cuboid_mapping::test::voxelsOf(found->bricks), voxelsOf(later))
       << "a node that is started again and again goes on";
   EXPECT_TRUE(parameters.is_autosave_read);
   std::ofstream(parameters.autosave_file) << "no map";
-  EXPECT_THROW((void)readStartMap(parameters), cuboid_mapping::MapFileError);
+  EXPECT_THROW((void)readStartMap(findStartMap(parameters), parameters),
+               cuboid_mapping::MapFileError);
 }
 
 }  // namespace

@@ -257,8 +257,7 @@ StartMap findStartMap(const NodeParameters& parameters) {
                      "cannot read " + parameters.map_file + ": No such file or directory");
 }
 
-std::optional<MapSnapshot> readStartMap(NodeParameters& parameters) {
-  const StartMap start = findStartMap(parameters);
+std::optional<MapSnapshot> readStartMap(const StartMap& start, NodeParameters& parameters) {
   if (start.file.empty()) return std::nullopt;
   MapFile file = readFileWithin(start.file, parameters.map.resolution_m,
                                 parameters.source.sensor_model, limitsOfMachine());

@@ -49,12 +49,12 @@ void MappingNodelet::onInit() {
     for (const std::string& line : toSourceLines(parameters)) NODELET_INFO_STREAM(line);
     if (differences.empty()) NODELET_INFO("all parameters have their default values");
     for (const std::string& line : toLogLines(parameters)) NODELET_DEBUG_STREAM(line);
-    const std::string file = findStartMap(parameters).file;
-    if (process_ == Process::kOwn || file.empty()) return start(parameters);
-    NODELET_INFO_STREAM("starts when " << file << " is read");
-    starting_ = std::thread([this, parameters] {
+    const StartMap start_map = findStartMap(parameters);
+    if (process_ == Process::kOwn || start_map.file.empty()) return start(parameters, start_map);
+    NODELET_INFO_STREAM("starts when " << start_map.file << " is read");
+    starting_ = std::thread([this, parameters, start_map] {
       try {
-        start(parameters);
+        start(parameters, start_map);
       } catch (const std::exception& exception) {
         NODELET_FATAL_STREAM("not started: " << exception.what());
       } catch (...) {
@@ -67,9 +67,9 @@ void MappingNodelet::onInit() {
   }
 }
 
-void MappingNodelet::start(NodeParameters parameters) {
+void MappingNodelet::start(NodeParameters parameters, const StartMap& source) {
   const double resolution_m = parameters.map.resolution_m;
-  const auto start_map = readStartMap(parameters);
+  const auto start_map = readStartMap(source, parameters);
   if (parameters.is_autosave_read) {
     NODELET_INFO_STREAM("goes on with the map of autosave_file, " << parameters.autosave_file);
     if (!parameters.map_file.empty() && parameters.map_file != parameters.autosave_file) {

@@ -10,6 +10,7 @@ namespace cuboid_mapping_ros {
 
 class MappingNode;
 struct NodeParameters;
+struct StartMap;
 
 /// MappingNode as a nodelet.
 class MappingNodelet : public nodelet::Nodelet {
@@ -28,7 +29,7 @@ class MappingNodelet : public nodelet::Nodelet {
   /// the manager then does not load the nodelet, and its loader ends. In a shared process, a map file is read
   /// afterwards, and only the log says if that fails. Topics and services come with the map.
   void onInit() override;
-  void start(NodeParameters parameters);
+  void start(NodeParameters parameters, const StartMap& source);
 
   Process process_;
   std::unique_ptr<MappingNode> node_;
