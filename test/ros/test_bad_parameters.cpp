@@ -130,10 +130,13 @@ TEST(StartMaps, TheManagerDoesNotWaitForAMapFile) {
   ASSERT_EQ(mkfifo(file.c_str(), 0600), 0);
   ASSERT_EQ(link(file.c_str(), pipe.c_str()), 0);
   ros::NodeHandle("/slow_nodelet").setParam("map_file", file);
+  const DiagnosticsProbe probe("/slow_nodelet");
   EXPECT_TRUE(loadNodelet("/slow_nodelet"));
   ros::NodeHandle("/lost_nodelet").setParam("map_file", folder / "none.cuboids");
   EXPECT_FALSE(loadNodelet("/lost_nodelet")) << "there is no such file";
   EXPECT_FALSE(ros::service::exists("/slow_nodelet/query_box", false));
+  EXPECT_TRUE(waitFor([&] { return probe.numReports() > 0; }));
+  EXPECT_EQ(probe.status().message, "reads " + file + ": no cloud is mapped yet");
 
   cuboid_mapping::CuboidMap map(cuboid_mapping::MapConfig{});
   const cuboid_mapping::CellBox box{{0, 0, 0}, {8, 8, 8}};
@@ -146,6 +149,20 @@ TEST(StartMaps, TheManagerDoesNotWaitForAMapFile) {
   query.request.max.x = query.request.max.y = query.request.max.z = 0.4;
   ASSERT_TRUE(ros::service::call("/slow_nodelet/query_box", query));
   EXPECT_EQ(query.response.occupancy, cuboid_mapping::QueryBox::Response::OCCUPIED);
+}
+
+TEST(StartMaps, ANodeletThatCannotReadItsMapSaysSoInDiagnostics) {
+  ASSERT_TRUE(ros::service::waitForService("/manager/load_nodelet", ros::Duration(kDeadline_s)));
+  const cuboid_mapping::test::TemporaryFolder folder;
+  const std::string file = folder / "map.cuboids";
+  std::ofstream(file) << "no map";
+  ros::NodeHandle("/damaged_nodelet").setParam("map_file", file);
+  const DiagnosticsProbe probe("/damaged_nodelet");
+  EXPECT_TRUE(loadNodelet("/damaged_nodelet"));
+  EXPECT_TRUE(
+      waitFor([&] { return probe.status().level == diagnostic_msgs::DiagnosticStatus::ERROR; }));
+  EXPECT_NE(probe.status().message.find("not started: " + file), std::string::npos)
+      << probe.status().message;
 }
 
 TEST(BadParameters, TheLoaderOfANodeletEnds) {

@@ -3,14 +3,19 @@
 
 #include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/map/map_storage.h"
+#include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/node/mapping_node.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
 
+#include <diagnostic_updater/diagnostic_updater.h>
 #include <ros/console.h>
+#include <ros/wall_timer.h>
 
+#include <mutex>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace cuboid_mapping_ros {
@@ -32,6 +37,42 @@ NodeParameters loadGoodParameters(const ros::NodeHandle& private_nh) {
 
 }  // namespace
 
+/// The status of a node that reads its map, in the place of the node's own. Reports from the queue of the node handle;
+/// fail() is thread-safe.
+class StartReport {
+ public:
+  StartReport(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh, std::string file)
+      : file_(std::move(file)), updater_(nh, private_nh, private_nh.getNamespace()) {
+    updater_.setHardwareID("none");
+    updater_.add("mapping", this, &StartReport::report);
+    timer_ = startTimer(nh, updater_.getPeriod(), [this] { updater_.force_update(); });
+  }
+
+  void fail(const std::string& error) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    error_ = error;
+  }
+
+ private:
+  void report(diagnostic_updater::DiagnosticStatusWrapper& status) {
+    using diagnostic_msgs::DiagnosticStatus;
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (error_.empty()) {
+      status.summary(DiagnosticStatus::WARN, "reads " + file_ + ": no cloud is mapped yet");
+    } else {
+      status.summary(DiagnosticStatus::ERROR, "not started: " + error_);
+      status.add("next step", "correct this, and load the nodelet again");
+    }
+    status.add("map file", file_);
+  }
+
+  const std::string file_;
+  std::mutex mutex_;
+  std::string error_;
+  diagnostic_updater::Updater updater_;
+  ros::WallTimer timer_;
+};
+
 MappingNodelet::MappingNodelet(Process process) : process_(process) {}
 
 MappingNodelet::~MappingNodelet() {
@@ -51,20 +92,29 @@ void MappingNodelet::onInit() {
     for (const std::string& line : toLogLines(parameters)) NODELET_DEBUG_STREAM(line);
     const StartMap start_map = findStartMap(parameters);
     if (process_ == Process::kOwn || start_map.file.empty()) return start(parameters, start_map);
-    NODELET_INFO_STREAM("starts when " << start_map.file << " is read");
-    starting_ = std::thread([this, parameters, start_map] {
-      try {
-        start(parameters, start_map);
-      } catch (const std::exception& exception) {
-        NODELET_FATAL_STREAM("not started: " << exception.what());
-      } catch (...) {
-        NODELET_FATAL("not started, for an unknown reason");
-      }
-    });
+    startLater(parameters, start_map);
   } catch (const std::exception& exception) {
     NODELET_FATAL_STREAM("not started: " << exception.what());
     throw;  // The nodelet manager reports that it has failed, but not why.
   }
+}
+
+void MappingNodelet::startLater(const NodeParameters& parameters, const StartMap& source) {
+  NODELET_INFO_STREAM("starts when " << source.file << " is read");
+  start_report_ =
+      std::make_unique<StartReport>(getNodeHandle(), getPrivateNodeHandle(), source.file);
+  starting_ = std::thread([this, parameters, source] {
+    std::string error = "for an unknown reason";
+    try {
+      start(parameters, source);
+      return start_report_.reset();
+    } catch (const std::exception& exception) {
+      error = exception.what();
+    } catch (...) {  // Not an exception of ours.
+    }
+    NODELET_FATAL_STREAM("not started: " << error);
+    start_report_->fail(error);
+  });
 }
 
 void MappingNodelet::start(NodeParameters parameters, const StartMap& source) {
