@@ -19,8 +19,7 @@ const char* usualCure(DropReason defect) {
       return "Check that nothing covers the sensor, and check any filters before this node";
     case DropReason::kWrongUnit:
       return "Set length_unit to its unit in metres (millimetres: 0.001, metres: 1), or "
-             "sensor_frame, if the "
-             "points were transformed into another frame";
+             "sensor_frame, if the points were transformed into another frame";
     case DropReason::kNoPointTimes: return "Have the driver send it, or set deskew to false";
     default: return "Its description is wrong: fix the program that makes it";
   }

@@ -220,9 +220,9 @@ std::vector<double> sampleDepths(const Image& image, const DepthReader& reader) 
 /// Finds the unit of an image for which no unit is set, and sets it in the reader. @return Why it is refused.
 std::optional<std::string> findUnit(const Image& image, DepthReader& reader,
                                     std::vector<std::string>& warnings) {
-  constexpr double kLeastDepth_m = 0.05;  ///< Cameras hardly measure nearer.
+  constexpr double kLeastDepth_m = 0.05;  ///< Cameras hardly measure nearer, ...
   constexpr double kMostDepth_m =
-      100.0;  ///< Nor farther: whole numbers beyond this are millimetres.
+      100.0;  ///< ... nor farther: beyond this, whole numbers are millimetres.
   std::vector<double> depths_m = sampleDepths(image, reader);
   if (depths_m.empty()) return std::nullopt;
   const auto num_whole = std::count_if(depths_m.begin(), depths_m.end(), [](double depth_m) {

@@ -90,8 +90,7 @@ std::string correctAngles(LaserScan& scan) {
     }
     if (!is_sane(limits) || std::abs(span - limits) <= least) return "";
     return "angle_increment does not lead from angle_min to angle_max: the increment counts. "
-           "Correct "
-           "the driver";
+           "Correct the driver";
   }
   const std::string contradiction =
       "angle_increment is " + cuboid_mapping::toText(static_cast<double>(scan.angle_increment)) +

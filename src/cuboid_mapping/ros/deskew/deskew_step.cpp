@@ -61,8 +61,7 @@ std::optional<CloudError> DeskewStep::refuse(const SensorMessage& message,
 std::string DeskewStep::findWarning(const SensorMessage& /*message*/, const Slices& slices) const {
   if (slices.empty()) {
     return "deskew: the times of the points are far from the stamp, and are ignored. Correct them "
-           "in the driver, "
-           "or set time_unit";
+           "in the driver, or set time_unit";
   }
   return {};
 }

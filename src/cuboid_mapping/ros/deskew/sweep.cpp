@@ -14,6 +14,7 @@ namespace cuboid_mapping_ros {
 namespace {
 
 constexpr double kMaxTime_s = 1.0;
+constexpr double kNoTime = std::numeric_limits<double>::quiet_NaN();
 constexpr double kNoTimeOfDay = std::numeric_limits<double>::infinity();
 
 std::int32_t sliceOf(double time_s) {
@@ -101,7 +102,7 @@ bool isWhole(const PointCloud2& cloud, const PointField& field) {
 /// Replaces the times of points without return by NaN.
 void keepReturns(const std::vector<bool>& are_returns, std::vector<double>& numbers) {
   for (std::size_t i = 0; i < std::min(are_returns.size(), numbers.size()); ++i) {
-    if (!are_returns[i]) numbers[i] = std::numeric_limits<double>::quiet_NaN();
+    if (!are_returns[i]) numbers[i] = kNoTime;
   }
 }
 
@@ -137,8 +138,7 @@ struct TimesReader {
       times.numbers.push_back(static_cast<double>(i) * static_cast<double>(scan->time_increment));
       const float range_m = scan->ranges[i];
       const bool is_return = range_m >= scan->range_min && range_m < rangeMaxOf(*scan);
-      if (!is_return && !wants_no_returns)
-        times.numbers.back() = std::numeric_limits<double>::quiet_NaN();
+      if (!is_return && !wants_no_returns) times.numbers.back() = kNoTime;
     }
     return times;
   }
@@ -196,8 +196,9 @@ bool isFarFromStamp(const Slices& slices) {
 
 std::optional<Slices> findSlices(const std::vector<double>& times_s) {
   const std::int32_t limit = sliceOf(kMaxTime_s);
-  std::vector<std::size_t> count_at(2 * static_cast<std::size_t>(limit) +
-                                    1);  // Rounding may reach the limit.
+  const std::size_t num_slices =
+      2 * static_cast<std::size_t>(limit) + 1;  // Rounding may reach the limit.
+  std::vector<std::size_t> count_at(num_slices);
   std::size_t num_good = 0;
   std::size_t num_odd = 0;
   for (const double time_s : times_s) {

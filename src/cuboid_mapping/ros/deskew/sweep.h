@@ -14,8 +14,9 @@ namespace cuboid_mapping_ros {
 
 /// Slices in which points were measured, in order. Odd times are left out: those a second or more from the
 /// stamp, and slices with less than a hundredth of the points that are 0.1 s away from all others.
-/// @param times_s  Result of readPointTimes(); NaN is ignored. @return Nothing if more than half of the times
-///                 are odd, there is none, or the sweep lies farther from the stamp than it is long, and than 0.1 s. @complexity O(points).
+/// @param times_s  Result of readPointTimes(); NaN is ignored. @return Nothing if more than half of the times are odd,
+///                 there is none, or the sweep lies farther from the stamp than it is long, and than 0.1 s.
+/// @complexity O(points).
 [[nodiscard]] std::optional<Slices> findSlices(const std::vector<double>& times_s);
 
 /// Points of each slice, in the order of the message; points of other times are left out.

@@ -78,8 +78,8 @@ struct NodeReport {
   std::size_t num_publishers = 0;             ///< Publishers of the cloud topics.
   std::string wrong_types;   ///< See describeWrongType(); set only before the first message.
   std::string other_topics;  ///< See NodeSources::otherTopics(); set only before the first message.
-  double lag_s =
-      0.0;  ///< Time from the arrival of the last cloud in the map until it was in the map.
+  /// Time from the arrival of the last cloud in the map until it was in the map.
+  double lag_s = 0.0;
   std::string why_waiting;         ///< Reason why the oldest cloud waits for tf; empty: none waits.
   bool is_simulated_time = false;  ///< use_sim_time, as with bags.
   bool is_paused = false;          ///< ~pause: clouds are ignored.
@@ -131,8 +131,8 @@ struct ReportSummary {
 /// Advice for dropped clouds, as a clause that follows "dropped: ".
 [[nodiscard]] const char* toAdvice(DropReason reason);
 
-/// Writes a report with one key for each figure; counts of faults only if they have occurred. It is an error, whatever summarize() says, if callbacks or the
-/// store of a window have failed since the last report.
+/// Writes a report with one key for each figure; counts of faults only if they have occurred. It is an error, whatever
+/// summarize() says, if callbacks or the store of a window have failed since the last report.
 void fillStatus(const NodeReport& report, const NodeStatistics& last_report,
                 diagnostic_updater::DiagnosticStatusWrapper& status);
 

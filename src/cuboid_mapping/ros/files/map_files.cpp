@@ -196,11 +196,9 @@ std::vector<ParameterDeclaration> MapFiles::declare() {
   return {
       {"autosave_file", "", file(&P::autosave_file),
        "The map is saved to this file after changes and when the node stops. If the file exists, "
-       "the "
-       "node starts with its map and its locked boxes, and does not start if it cannot be read, or "
-       "has another resolution. The extension selects the format, as with ~save_map. Empty: the "
-       "map "
-       "is not saved."},
+       "the node starts with its map and its locked boxes, and does not start if it cannot be "
+       "read, or has another resolution. The extension selects the format, as with ~save_map. "
+       "Empty: the map is not saved."},
       {"autosave_period", "s", number(&P::autosave_period_s, 1.0, 86400.0),
        "Time between two saves to autosave_file, or to window/file."},
   };

@@ -36,8 +36,7 @@ std::vector<ParameterDeclaration> ObservationPublisher::declare() {
        number({&P::fleet, &FleetParameters::observation_max_kb_s}, 0.0, 1e6),
        "Maximum rate of observations to each listener. Answers of ~get_observations count. With "
        "observation_memory, the last 50 observations above the rate wait, and listeners can "
-       "request "
-       "older ones; without, they are dropped and counted. 0: no limit."},
+       "request older ones; without, they are dropped and counted. 0: no limit."},
       {"observation_memory", "MB",
        integer({&P::fleet, &FleetParameters::observation_memory_mb}, 0, 100000),
        "Memory for sent observations, so that merging nodes can request lost ones. 0: none is "

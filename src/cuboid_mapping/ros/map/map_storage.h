@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Saving, loading and moving the map of a running node. These functions throw nothing.
+// Saving, loading and moving the map of a running node. Functions that return a StorageAnswer throw nothing.
 #pragma once
 
 #include "cuboid_mapping/geometry/voxel_motion.h"
@@ -82,8 +82,8 @@ using SnapshotLook =
 struct LoadPlacement {
   std::optional<MergeRule> rule;                ///< Nothing: replaces everything.
   std::optional<Eigen::Isometry3d> T_map_file;  ///< Nothing: both have the same frame.
-  std::string
-      frame_id;  ///< Frame of the map; without a transform, notes report another one of the file.
+  /// Frame of the map; without a transform, notes report another one of the file.
+  std::string frame_id;
 };
 
 /// Replaces the map by that of a file, or merges both; see moveMap() and mergeMaps(). Locks stay.
@@ -122,8 +122,8 @@ struct StartMap {
 };
 /// `autosave_file`, if it exists; else `map_file`. Reads no map. @throws MapFileError  if it is missing.
 [[nodiscard]] StartMap findStartMap(const NodeParameters& parameters);
-/// The map; nothing if there is none. The resolution of `map_file` becomes that of the parameters, as in octomap_server.
-/// Sets `is_autosave_read`. @throws MapFileError naming the file; for an autosave_file of another resolution, too.
+/// The map; nothing if there is none. The resolution of `map_file` becomes that of the parameters, as in
+/// octomap_server. Sets `is_autosave_read`. @throws MapFileError naming the file; for an autosave_file of another resolution, too.
 [[nodiscard]] std::optional<MapSnapshot> readStartMap(const StartMap& start,
                                                       NodeParameters& parameters);
 

@@ -100,9 +100,9 @@ class MarkerCache {
   std::map<Cell, std::vector<int>> sizes_in_page_;
   std::set<Cell> dirty_;  ///< Pages.
   bool is_everything_dirty_ = true;
-  Eigen::Vector3d anchor_map_ =
-      Eigen::Vector3d::Zero();  ///< Origin of the markers' poses, see farAnchor().
-  SizeSet changed_;             ///< Sizes changed since the last takeDifference().
+  /// Origin of the markers' poses, see farAnchor().
+  Eigen::Vector3d anchor_map_ = Eigen::Vector3d::Zero();
+  SizeSet changed_;  ///< Sizes changed since the last takeDifference().
 };
 
 }  // namespace cuboid_mapping_ros

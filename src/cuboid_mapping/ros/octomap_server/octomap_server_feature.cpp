@@ -64,8 +64,7 @@ MapView viewWholeMap(GuardedMap& map, const std::string& frame_id, QueriesOutsid
         throw std::runtime_error(
             "not loaded: " + describePages(num_elsewhere) +
             ", would have to be read from the disk, and an octree without them is incomplete. Set "
-            "the "
-            "parameter window/queries to load; the topic of this name shows the map in memory");
+            "the parameter window/queries to load; the topic of this name shows the map in memory");
       }
       view.header.stamp = stamp;
     };

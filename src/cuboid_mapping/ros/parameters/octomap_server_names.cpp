@@ -11,8 +11,7 @@ bool isOfOctomapServer(const std::string& key) {
       "frame_id base_frame_id resolution map_file filter_ground ground_filter/distance "
       "ground_filter/angle ground_filter/plane_distance sensor_model/hit sensor_model/miss "
       "sensor_model/min sensor_model/max sensor_model/min_range sensor_model/max_range "
-      "occupancy_min_z occupancy_max_z min_x_size min_y_size "
-      "filter_speckles");
+      "occupancy_min_z occupancy_max_z min_x_size min_y_size filter_speckles");
   static const std::set<std::string> kTheirs(kNames.begin(), kNames.end());
   return kTheirs.count(key) > 0 || key.rfind("pointcloud_", 0) == 0;
 }

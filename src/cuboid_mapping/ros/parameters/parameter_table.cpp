@@ -97,8 +97,7 @@ std::vector<ParameterDeclaration> declareTopics() {
        "A cloud is dropped if its transforms do not arrive within this time."},
       {"tf_gap", "s", number(&P::tf_gap_s, 0.001, 86400.0),
        "A cloud is dropped if it lies between two transforms of a frame that are farther apart: "
-       "its "
-       "pose would be a guess."},
+       "its pose would be a guess."},
       {"publish_rate", "Hz", number(&P::publish_rate_hz, 0.01, 100.0),
        "Maximum rate of the map topics. They are published only after a change."},
       {"keyframe_period", "s", number(&P::keyframe_period_s, 0.0, 86400.0),
@@ -113,8 +112,7 @@ std::vector<ParameterDeclaration> declareFiles() {
       {"map_file", "", file(&P::map_file),
        "Map to start with: .cuboids, .sqlite, .ot or .bt, whose resolution replaces the parameter "
        "resolution; or .pcd, points in the frame of the map, whose voxels become occupied. Not "
-       "read if "
-       "autosave_file exists."},
+       "read if autosave_file exists."},
   };
 }
 

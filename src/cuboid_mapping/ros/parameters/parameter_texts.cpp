@@ -73,8 +73,8 @@ const std::vector<std::pair<Group, std::vector<std::string>>> kGroupKeys = {
      {"environment", "fusion", "sensor_model/", "map_file", "autosave_period", "window/",
       "keep_clouds/", "forget", "start_free", "merge/"}},
     {Group::kOutput,
-     {"publish_", "keyframe_period", "robot_grid/", "occupancy_", "min_x_size",
-      "min_y_size", "filter_speckles", "observation"}},
+     {"publish_", "keyframe_period", "robot_grid/", "occupancy_", "min_x_size", "min_y_size",
+      "filter_speckles", "observation"}},
 };
 
 Group groupOf(const ParameterDeclaration& declaration) {

@@ -62,7 +62,7 @@ struct SourceParameters {
   bool deskew = false;         ///< Each point has the pose of its own time; else that of the stamp.
   double length_unit_m = 0.0;  ///< Unit of its messages; 0: see CloudOptions.
   double time_unit_s = 0.0;    ///< Unit of the times of points; 0: see readPointTimes().
-  std::string sensor_frame;  ///< Frame whose origin is the start of beams; "": the cloud's frame.
+  std::string sensor_frame;    ///< Frame whose origin is the start of beams; "": the cloud's frame.
   double forget_after_s = 0.0;  ///< See Forgetting; 0: never.
   /// Probabilities of the source; the thresholds are those of the map.
   SensorModelConfig sensor_model;
@@ -185,8 +185,8 @@ enum class MovingPoints : unsigned char {
 struct SelfFilterParameters {
   XmlRpc::XmlRpcValue box_list;  ///< List as given.
   RobotParts boxes;              ///< Boxes from the list.
-  std::string
-      robot_description;      ///< Name of a parameter with a URDF, or a .urdf file; empty: none.
+  /// Name of a parameter with a URDF, or a .urdf file; empty: none.
+  std::string robot_description;
   double padding_m = 0.05;    ///< Enlarges the shapes of the URDF.
   std::string ignored_links;  ///< Links of the URDF, separated by spaces.
   bool keep_free = true;      ///< Whether each cloud makes the voxels of the robot free.
@@ -199,8 +199,8 @@ struct SelfFilterParameters {
 /// this struct. Names of octomap_server are kept.
 struct NodeParameters {
   std::string frame_id = "map";  ///< Frame of the map.
-  SourceParameters
-      source;  ///< The only source; or the default parameters of the sources in the list.
+  /// The only source; or the default parameters of the sources in the list.
+  SourceParameters source;
   XmlRpc::XmlRpcValue source_list;        ///< List as given; not set: there is one source.
   std::vector<SourceParameters> sources;  ///< Sources from the list.
   /// Its sensor_model is that of `source`, see makeMapConfig().
@@ -215,8 +215,8 @@ struct NodeParameters {
   double publish_rate_hz = 5.0;     ///< Greatest rate of the map topics.
   double keyframe_period_s = 10.0;  ///< Period of whole messages between differences; 0: none.
   bool publish_values = false;      ///< Whether cuboid_map carries log-odds, or classes alone.
-  std::string map_file;       ///< Loaded at the start; empty: none.
-  std::string autosave_file;  ///< Saved to now and then; empty: none.
+  std::string map_file;             ///< Loaded at the start; empty: none.
+  std::string autosave_file;        ///< Saved to now and then; empty: none.
   double autosave_period_s = 60.0;
   bool is_autosave_read = false;  ///< Read at the start: saves may replace it. No parameter.
   ServiceLimits service_limits;

@@ -25,9 +25,8 @@ using XmlRpc::XmlRpcValue;
 /// Groups of keys that can be changed; a group is a key, or all keys that begin with it and a slash.
 constexpr char kRuntimeGroups[] =
     "sensor_model publish_rate filter_ground ground_filter occupancy_min_z occupancy_max_z "
-    "min_x_size min_y_size filter_speckles "
-    "pointcloud_min_x pointcloud_min_y pointcloud_min_z pointcloud_max_x pointcloud_max_y "
-    "pointcloud_max_z";
+    "min_x_size min_y_size filter_speckles pointcloud_min_x pointcloud_min_y pointcloud_min_z "
+    "pointcloud_max_x pointcloud_max_y pointcloud_max_z";
 
 bool isRuntimeKey(const std::string& key) {
   static const std::vector<std::string> kGroups = wordsOf(kRuntimeGroups);

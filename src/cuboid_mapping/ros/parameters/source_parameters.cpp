@@ -120,9 +120,9 @@ std::vector<ParameterDeclaration> declareSources() {
       {kListKey, "", sourcesKind(),
        "Several sensors. Each element has a topic, an optional name, and the values that differ "
        "from those outside the list: type, camera_info, use, max_rate, deskew, *_unit, "
-       "sensor_frame, forget_after, sensor_model/hit, miss, max_range, keep_surfaces, "
-       "min_range, no_return_range "
-       "and no_return_points, filter_ground, ground_filter/*, pointcloud_*. See doc/sensors.md."},
+       "sensor_frame, forget_after, sensor_model/hit, miss, max_range, keep_surfaces, min_range, "
+       "no_return_range and no_return_points, filter_ground, ground_filter/*, pointcloud_*. See "
+       "doc/sensors.md."},
   };
 }
 

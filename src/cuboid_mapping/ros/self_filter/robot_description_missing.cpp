@@ -12,9 +12,8 @@ RobotParts readRobotDescription(const std::string& /*urdf*/, double /*padding_m*
                                 const std::set<std::string>& /*ignored_links*/) {
   throw std::runtime_error(
       "this build cannot read robot descriptions: install liburdf-dev and libgeometric-shapes-dev "
-      "(ROS Noetic: "
-      "ros-noetic-urdf and ros-noetic-geometric-shapes) and build again, or list boxes in "
-      "self_filter/boxes");
+      "(ROS Noetic: ros-noetic-urdf and ros-noetic-geometric-shapes) and build again, or list "
+      "boxes in self_filter/boxes");
 }
 
 }  // namespace cuboid_mapping_ros

@@ -107,8 +107,7 @@ std::vector<ParameterDeclaration> SelfFilterStep::declare() {
       {"self_filter/robot_description", "",
        text("a parameter, a .urdf file, or empty", {&P::self_filter, &F::robot_description}),
        "Name of a parameter with a URDF, such as robot_description, or of a .urdf file. Points in "
-       "the "
-       "collision shapes of its links neither mark nor clear. It is read at the start. Empty: "
+       "the collision shapes of its links neither mark nor clear. It is read at the start. Empty: "
        "none."},
       {"self_filter/padding", "m", number({&P::self_filter, &F::padding_m}, 0.0, 1.0),
        "Enlarges the URDF shapes by this margin. Boxes keep their size."},
