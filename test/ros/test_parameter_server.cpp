@@ -3,6 +3,7 @@
 // parameter_server.test.
 
 #include "cuboid_mapping/ros/parameters/parameters.h"
+#include "parameter_groups.h"
 
 #include <gtest/gtest.h>
 #include <ros/ros.h>
@@ -13,13 +14,6 @@
 
 namespace cuboid_mapping_ros {
 namespace {
-
-std::vector<std::string> keysOf(const std::vector<ParameterError>& errors) {
-  std::vector<std::string> keys;
-  keys.reserve(errors.size());
-  for (const ParameterError& error : errors) keys.push_back(error.key);
-  return keys;
-}
 
 TEST(ParameterServer, DefaultYamlHoldsTheDefaults) {
   const ros::NodeHandle handle("~default");
