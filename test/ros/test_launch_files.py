@@ -110,11 +110,18 @@ class LaunchFilesTest(unittest.TestCase):
                     roslaunch('--args', '/robot1/cuboid_mapping', file.name).split())
 
     def test_a_window_needs_no_complete_file(self):
-        for arguments, outside in (([], 'forget'), (['file:=/data/site.sqlite'], 'keep')):
-            dump = yaml.safe_load(roslaunch('--dump-params', ROOT / 'launch/window.launch', 'robot_frame:=base',
-                                            f'params_file:={ROOT}/config/default.yaml', *arguments))
-            self.assertEqual(dump['/cuboid_mapping/window/frame'], 'base')
-            self.assertEqual(dump['/cuboid_mapping/window/outside'], outside)
+        def load(**arguments):
+            return yaml.safe_load(roslaunch('--dump-params', ROOT / 'launch/window.launch',
+                                            *(f'{name}:={value}' for name, value in arguments.items())))
+
+        dump = load(robot_frame='base', file='/data/site.sqlite', params_file=ROOT / 'config/default.yaml')
+        self.assertEqual(dump['/cuboid_mapping/window/frame'], 'base')
+        self.assertEqual(dump['/cuboid_mapping/window/outside'], 'keep')
+        self.assertEqual(dump['/cuboid_mapping/window/file'], '/data/site.sqlite')
+        dump = load()
+        for key, value in (('frame', 'base_link'), ('outside', 'forget')):  # A file of the user may say otherwise.
+            self.assertEqual(dump[f'/cuboid_mapping/defaults/window/{key}'], value)
+            self.assertNotIn(f'/cuboid_mapping/window/{key}', dump)
 
     def test_unknown_arguments_are_refused(self):
         for file, wrong, cure in (('mapping.launch', 'max_rang:=3', 'mean max_range:=?'), ('replay.launch', 'cloudd:=/points', 'mean cloud:=?'),

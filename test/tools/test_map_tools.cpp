@@ -460,11 +460,13 @@ TEST_F(BagToMap, takesTheParametersOfTheNode) {
 TEST_F(BagToMap, makesAStoreThatIsTheMapWithoutAWindow) {
   const std::vector<std::string> near{"--set", "resolution=0.02", "--set",
                                       "sensor_model/max_range=1.0"};
-  std::vector<std::string> keep = near;
-  for (const char* setting : {"window/frame=base_link", "window/size=1.0", "window/outside=keep",
-                              "window/file=is_not_used"}) {
-    keep.insert(keep.end(), {"--set", setting});
-  }
+  const auto with = [&near](std::vector<std::string> settings) {
+    std::vector<std::string> options = near;
+    settings.insert(settings.end(), {"window/frame=base_link", "window/size=1.0"});
+    for (const std::string& setting : settings) options.insert(options.end(), {"--set", setting});
+    return options;
+  };
+  const auto keep = with({"window/file=is_not_used"});
   const std::string plain = *folder / "plain.cuboids";
   const std::string store = *folder / "window.sqlite";
   ASSERT_EQ(convert(plain, near).status, 0);
@@ -476,12 +478,11 @@ TEST_F(BagToMap, makesAStoreThatIsTheMapWithoutAWindow) {
   EXPECT_EQ(test::voxelsOf(readMapFile(store).snapshot.bricks),
             test::voxelsOf(readMapFile(plain).snapshot.bricks));
   EXPECT_TRUE(mentions(convert(*folder / "a.cuboids", keep).err, "must end in .sqlite"));
-  keep.insert(keep.end(), {"--set", "window/outside=forget"});
-  ASSERT_EQ(convert(*folder / "forgot.cuboids", keep).status, 0);
-  EXPECT_LT(readMapFile(*folder / "forgot.cuboids").snapshot.bricks.size(),
-            readMapFile(plain).snapshot.bricks.size());
-  keep.insert(keep.end(), {"--set", "window/outside=keep", "--set", "forget_after=10.0"});
-  EXPECT_TRUE(mentions(convert(store, keep).err, "forget_after: does not go with")) << "together";
+  const std::string forgot = *folder / "forgot.cuboids";
+  ASSERT_EQ(convert(forgot, with({"window/outside=forget"})).status, 0);
+  EXPECT_LT(readMapFile(forgot).snapshot.bricks.size(), readMapFile(plain).snapshot.bricks.size());
+  const auto both = with({"window/file=is_not_used", "forget_after=10.0"});
+  EXPECT_TRUE(mentions(convert(store, both).err, "forget_after: does not go with")) << "together";
 }
 
 TEST_F(BagToMap, checksWhereItWritesBeforeItWorks) {

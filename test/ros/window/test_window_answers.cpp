@@ -365,6 +365,8 @@ TEST(WindowParameters, GoTogether) {
   EXPECT_EQ(errorsOf([](XmlRpcValue&) {}), Keys{});
   EXPECT_EQ(errorsOf([](XmlRpcValue& group) { group["window"]["file"] = ""; }),
             Keys{"window/file"});
+  EXPECT_EQ(errorsOf([](XmlRpcValue& group) { group["window"]["outside"] = "forget"; }),
+            Keys{"window/file"});
   EXPECT_EQ(errorsOf([](XmlRpcValue& group) { group["forget_after"] = 10.0; }),
             Keys{"forget_after"});
   EXPECT_EQ(errorsOf([](XmlRpcValue& group) {

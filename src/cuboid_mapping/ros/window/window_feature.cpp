@@ -85,7 +85,14 @@ std::vector<ParameterError> WindowFeature::check(const LoadedParameters& loaded)
                       "does not go with merge/robots: their clouds have several places. Remove one "
                       "of them"});
   }
-  if (!parameters.window.keeps()) return errors;
+  if (!parameters.window.keeps()) {
+    if (!parameters.window.file.empty()) {
+      errors.push_back({"window/file",
+                        "does not go with window/outside: forget or refuse, which keep nothing: "
+                        "set that to keep, or remove the file"});
+    }
+    return errors;
+  }
   if (parameters.window.file.empty()) {
     errors.push_back({"window/file",
                       "is empty, but window/outside is keep: name a file, or set window/outside to "
