@@ -223,6 +223,8 @@ TEST(ObservationOrder, whatComesTooLateIsGivenOutAndCounted) {
   order.put(late, 0.2);
   EXPECT_EQ(order.takeDue(0.2).size(), 1U);
   EXPECT_EQ(order.counts().num_late, 1U);
+  EXPECT_EQ(order.counts().late_robot, "b");
+  EXPECT_NEAR(order.counts().late_s, 15.0, 1e-6);
   EXPECT_EQ(order.counts().num_left_out, 3U);
 }
 

@@ -91,6 +91,8 @@ std::vector<RobotObservation> ObservationOrder::takeDue(double now_s) {
     if (!is_silent && std::get<0>(first->first) > newest_stamp_ns_ - delay_ns) break;
     if (has_given_ && first->first < last_given_) {
       ++counts_.num_late;
+      counts_.late_robot = first->second.robot;
+      counts_.late_s = 1e-9 * static_cast<double>(newest_stamp_ns_ - std::get<0>(first->first));
     } else {
       last_given_ = first->first;
     }

@@ -70,7 +70,9 @@ struct MergeProgress {
 struct MergeCounts {
   std::uint64_t num_received = 0;  ///< Received observations, each once.
   std::uint64_t num_repeated = 0;  ///< Repeated observations, which were left out.
-  std::uint64_t num_late = 0;      ///< Observations released after later ones.
+  std::uint64_t num_late = 0;      ///< Observations released after later ones; the last one ...
+  std::string late_robot;          ///< ... is of this robot, ...
+  double late_s = 0.0;             ///< ... and by so much older than the newest one.
   std::uint64_t num_missing = 0;   ///< Missing observations before received ones.
   std::uint64_t num_left_out = 0;  ///< Clouds left out by robots for lack of bandwidth.
   std::uint64_t num_waiting = 0;   ///< Received observations not released yet.

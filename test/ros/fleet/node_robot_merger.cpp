@@ -13,6 +13,7 @@
 #include <atomic>
 #include <chrono>
 #include <future>
+#include <map>
 #include <memory>
 #include <new>
 #include <thread>
@@ -73,6 +74,39 @@ TEST(RobotMergerTest, PutsTheOthersIntoTheMapWhenOneFails) {
   EXPECT_EQ(
       map.read([](const CuboidMap& content, const ros::Time&) { return content.voxels().size(); }),
       3U);
+}
+
+TEST(RobotMergerTest, NamesTheRobotWhoseClockIsBehind) {
+  ros::CallbackQueue callbacks;
+  CallbackGuard guard;
+  GuardedQueue queue(callbacks, guard, "merger");
+  const ros::NodeHandle nh = withQueue(ros::NodeHandle(), queue);
+  NodeParameters parameters;
+  parameters.fleet.robots = {"/punctual", "/behind"};
+  parameters.fleet.merge_delay_s = 0.02;
+  GuardedMap map(parameters.map);
+  RobotMerger merger(nh, nh, parameters, map, {[] { return false; }, [](const auto&, bool) {}});
+  std::map<std::string, ros::Publisher> publishers;
+  for (const std::string& robot : parameters.fleet.robots) {
+    publishers[robot] = ros::NodeHandle().advertise<Observation>(robot + "/observations", 10);
+    ASSERT_TRUE(waitFor([&] { return publishers[robot].getNumSubscribers() > 0; }));
+  }
+  diagnostic_updater::DiagnosticStatusWrapper status;
+  int sequence = 1;
+  EXPECT_TRUE(waitFor([&] {
+    for (const auto& [robot, publisher] : publishers) {
+      Observation message = makeObservation(parameters, sequence, robot);
+      if (robot == "/behind") message.header.stamp -= ros::Duration(60.0);
+      publisher.publish(message);
+    }
+    ++sequence;
+    callbacks.callAvailable();
+    merger.report(status);
+    return status.message.find("late") != std::string::npos ||
+           status.message.find("older") != std::string::npos;
+  }));
+  EXPECT_EQ(status.message.rfind("observations of /behind are 60 s older than the newest: ", 0), 0U)
+      << status.message;
 }
 
 /// Robots whose services have taken a request and do not answer.

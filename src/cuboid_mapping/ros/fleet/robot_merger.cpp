@@ -4,6 +4,7 @@
 #include "cuboid_mapping/GetObservations.h"
 #include "cuboid_mapping/io/scan_update_codec.h"
 #include "cuboid_mapping/io/text.h"
+#include "cuboid_mapping/ros/diagnostics/diagnostics.h"
 #include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
@@ -245,7 +246,10 @@ void RobotMerger::report(diagnostic_updater::DiagnosticStatusWrapper& status) {
             " missing: give the robots' nodes observation_memory, so that they can be asked");
   }
   if (counts.num_late > reported_.num_late) {
-    status.summary(DiagnosticStatus::WARN, "observations come too late: raise merge/delay");
+    status.summary(DiagnosticStatus::WARN,
+                   "observations of " + counts.late_robot + " are " + describeAge(counts.late_s) +
+                       " older than the newest: synchronize the robots' clocks (chrony, ntp), or "
+                       "raise merge/delay if messages take so long");
   }
   if (counts.num_left_out > reported_.num_left_out) {
     status.summary(DiagnosticStatus::WARN,
