@@ -5,6 +5,7 @@
 #include <sys/types.h>
 
 #include <cerrno>
+#include <initializer_list>
 
 namespace cuboid_mapping::test {
 

@@ -1,88 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/window/map_window.h"
 
-#include "support/failing_reads.h"
-#include "support/full_disk.h"
-#include "support/random_bricks.h"
-#include "support/snapshots.h"
 #include "tools/run_program.h"
-
-#include <gtest/gtest.h>
-#include <sqlite3.h>
-
-#include <algorithm>
-#include <memory>
-#include <set>
-#include <string>
+#include "window/window_pair.h"
 
 namespace cuboid_mapping {
 namespace {
 
-using test::FullDisk;
+using test::placeOf;
 using test::Random;
+using test::randomConfig;
 using test::TemporaryFolder;
-
-MapSnapshot headOf(const MapConfig& config) {
-  return {config.resolution_m, config.sensor_model, config.environment, "map", {}};
-}
-
-/// A window and its map, and a map without a window that gets the same changes.
-struct Pair {
-  Pair(const MapConfig& map_config, const WindowConfig& window_config, std::string store_file)
-      : config(window_config), file(std::move(store_file)), plain(map_config), map(map_config) {
-    open();
-  }
-
-  void open() {
-    auto store =
-        config.outside == OutsideWindow::kKeep ? openStoreOf(headOf(map.config()), file) : nullptr;
-    window = std::make_unique<MapWindow>(config, std::move(store), map);
-  }
-
-  /// Restarts, as a program that ends and is started again.
-  void startAgain() {
-    EXPECT_TRUE(window->save());
-    window.reset();
-    map.clear();
-    open();
-  }
-
-  void integrate(const ScanUpdate& update, const Eigen::Vector3d& center) {
-    plain.apply(update);
-    changes = {};
-    const ScanUpdate& admitted = window->admit(update, center, changes);
-    CuboidMap::PendingChange change = map.prepare(admitted, map.sensorModel());
-    window->commit(change, changes);
-  }
-
-  void replace(const CellBox& box, const std::vector<UniformBox>& boxes) {
-    plain.replace(box, boxes);
-    window->edit(
-        box, [&] { return map.replace(box, boxes); }, changes);
-  }
-
-  void clear() {
-    plain.clear();
-    window->replaceAll([&] { return map.clear(); }, changes);
-    (void)window->save();
-  }
-
-  /// Voxels of store and memory as one map.
-  [[nodiscard]] std::map<Cell, float> voxels() const {
-    MapSnapshot snapshot = takeSnapshot(map, "");
-    for (const Cell& page : window->storedPages()) window->addStored(page, {}, snapshot);
-    sortBricks(snapshot.bricks);
-    EXPECT_FALSE(findFault(snapshot));
-    return test::voxelsOf(snapshot.bricks);
-  }
-
-  WindowConfig config;
-  std::string file;
-  CuboidMap plain;
-  CuboidMap map;
-  std::unique_ptr<MapWindow> window;
-  ChangeSet changes;
-};
+using test::tenthOfAMetre;
+using test::updateOf;
+using test::Walk;
+using test::WindowPair;
 
 /// Voxels of a map in a box.
 std::map<Cell, float> voxelsIn(const CuboidMap& map, const CellBox& box) {
@@ -93,38 +25,6 @@ std::map<Cell, float> voxelsIn(const CuboidMap& map, const CellBox& box) {
   return voxels;
 }
 
-MapConfig randomConfig(Random& random) {
-  MapConfig config;
-  config.resolution_m = 0.1;
-  config.environment = random.chance(0.7) ? Environment::kDynamic : Environment::kStatic;
-  config.fusion = random.chance(0.6)   ? FusionKind::kClass
-                  : random.chance(0.5) ? FusionKind::kGrowth
-                                       : FusionKind::kNone;
-  return config;
-}
-
-/// A walk of the window, with updates around it, and some far away.
-struct Walk {
-  explicit Walk(Random& walk_random) : random(walk_random) {}
-
-  void step(Pair& pair) {
-    for (int axis = 0; axis < 2; ++axis) {
-      place[axis] = std::clamp(place[axis] + random.integer(-4, 4), -60, 60);
-    }
-    const Cell around = random.chance(0.05) ? Cell{random.integer(-60, 60), place.y, 0} : place;
-    const Cell reach{random.integer(1, 12), random.integer(1, 12), 3};
-    const ScanUpdate update = test::randomUpdate(random, {around - reach, around + reach}, 40);
-    pair.integrate(update, pair.map.grid().toMetres(center()));
-  }
-
-  [[nodiscard]] Eigen::Vector3d center() const {
-    return kBrickEdge * Eigen::Vector3d(place.x, place.y, place.z);
-  }
-
-  Random& random;
-  Cell place;  ///< Place in bricks.
-};
-
 TEST(MapWindow, thatKeepsIsTheMapWithoutOneVoxelByVoxel) {
   std::size_t num_loads = 0;
   std::size_t num_checked = 0;
@@ -133,7 +33,7 @@ TEST(MapWindow, thatKeepsIsTheMapWithoutOneVoxelByVoxel) {
     const TemporaryFolder folder;
     Random random(901 + i);
     const WindowConfig config{random.real(1.0, 20.0), random.real(0.0, 8.0), OutsideWindow::kKeep};
-    Pair pair(randomConfig(random), config, folder / "map.sqlite");
+    WindowPair pair(randomConfig(random), config, folder / "map.sqlite");
     Walk walk(random);
     for (int step = 0; step < 150; ++step) {
       walk.step(pair);
@@ -170,7 +70,7 @@ TEST(MapWindow, thatKeepsIsTheMapWithoutOneVoxelByVoxel) {
 TEST(MapWindow, tellsOfAllThatComesAndLeaves) {
   const TemporaryFolder folder;
   Random random(931);
-  Pair pair(randomConfig(random), {6.0, 1.0, OutsideWindow::kKeep}, folder / "map.sqlite");
+  WindowPair pair(randomConfig(random), {6.0, 1.0, OutsideWindow::kKeep}, folder / "map.sqlite");
   Walk walk(random);
   std::map<Cell, float> seen;  // A copy that reads changed bricks again.
   for (int step = 0; step < 120; ++step) {
@@ -188,27 +88,10 @@ TEST(MapWindow, tellsOfAllThatComesAndLeaves) {
   EXPECT_EQ(pair.window->countNotLoaded(kAllCells), pair.window->figures().num_on_disk_only);
 }
 
-MapConfig tenthOfAMetre() {
-  MapConfig config;
-  config.resolution_m = 0.1;
-  return config;
-}
-
-/// A cloud of one brick with all voxels occupied.
-ScanUpdate updateOf(const Cell& brick) {
-  ScanUpdate update;
-  update.bricks.push_back({brick, BrickMask::all(), {}});
-  return update;
-}
-
-Eigen::Vector3d placeOf(const Pair& pair, const Cell& cell) {
-  return pair.map.grid().centerOf(CellBox::ofCell(cell));
-}
-
 TEST(MapWindow, keepsWhatIsInItAndInItsMargin) {
   const TemporaryFolder folder;
   // The window reaches 64 voxels to each side, the margin as many more.
-  Pair pair(tenthOfAMetre(), {12.8, 6.4, OutsideWindow::kKeep}, folder / "map.sqlite");
+  WindowPair pair(tenthOfAMetre(), {12.8, 6.4, OutsideWindow::kKeep}, folder / "map.sqlite");
   const Cell old{0, 0, 0};
   pair.integrate(updateOf(old), placeOf(pair, {32, 32, 32}));
   const auto is_here = [&] { return pair.map.voxels().at(old) == Occupancy::kOccupied; };
@@ -231,7 +114,7 @@ TEST(MapWindow, keepsWhatIsInItAndInItsMargin) {
 
 TEST(MapWindow, doesNotLetPagesComeAndGoThatEachCloudTouches) {
   const TemporaryFolder folder;
-  Pair pair(tenthOfAMetre(), {6.4, 0.0, OutsideWindow::kKeep}, folder / "map.sqlite");
+  WindowPair pair(tenthOfAMetre(), {6.4, 0.0, OutsideWindow::kKeep}, folder / "map.sqlite");
   ScanUpdate update = updateOf({0, 0, 0});
   update.bricks.push_back(updateOf({640, 0, 0}).bricks.front());
   for (int i = 0; i < 100; ++i) pair.integrate(update, placeOf(pair, {0, 0, 0}));
@@ -240,7 +123,7 @@ TEST(MapWindow, doesNotLetPagesComeAndGoThatEachCloudTouches) {
 
 TEST(MapWindow, keepsUpWithADriveThatDiscoversManyPages) {
   const TemporaryFolder folder;
-  Pair pair(tenthOfAMetre(), {6.4, 0.0, OutsideWindow::kKeep}, folder / "map.sqlite");
+  WindowPair pair(tenthOfAMetre(), {6.4, 0.0, OutsideWindow::kKeep}, folder / "map.sqlite");
   const auto drive = [&](std::int32_t begin) {  // Eight new pages a cloud.
     for (std::int32_t x = begin; x < begin + 100; ++x) {
       ScanUpdate update;
@@ -258,7 +141,7 @@ TEST(MapWindow, keepsUpWithADriveThatDiscoversManyPages) {
 TEST(MapWindow, letsNothingLeaveWhileItIsHeld) {
   const TemporaryFolder folder;
   Random random(941);
-  Pair pair(randomConfig(random), {3.0, 0.0, OutsideWindow::kKeep}, folder / "map.sqlite");
+  WindowPair pair(randomConfig(random), {3.0, 0.0, OutsideWindow::kKeep}, folder / "map.sqlite");
   Walk walk(random);
   pair.window->hold(true);
   for (int step = 0; step < 60; ++step) walk.step(pair);
@@ -278,7 +161,7 @@ TEST(MapWindow, letsNothingLeaveWhileItIsHeld) {
 }
 
 TEST(MapWindow, thatForgetsHasWhatCloudsReach) {
-  Pair pair(tenthOfAMetre(), {12.8, 0.0, OutsideWindow::kForget}, "");
+  WindowPair pair(tenthOfAMetre(), {12.8, 0.0, OutsideWindow::kForget}, "");
   const Cell locked{0, 64, 0};
   pair.map.lock(brickBox(locked));
   pair.map.replace(brickBox(locked), std::vector<UniformBox>{{brickBox(locked), 1.0F}});
@@ -300,7 +183,7 @@ TEST(MapWindow, thatForgetsHasWhatCloudsReach) {
 
 TEST(MapWindow, thatRefusesTakesNothingFromOutside) {
   Random random(951);
-  Pair pair(randomConfig(random), {8.0, 2.0, OutsideWindow::kRefuse}, "");
+  WindowPair pair(randomConfig(random), {8.0, 2.0, OutsideWindow::kRefuse}, "");
   Walk walk(random);
   for (int step = 0; step < 100; ++step) {
     walk.step(pair);
@@ -318,32 +201,9 @@ TEST(MapWindow, thatRefusesTakesNothingFromOutside) {
   EXPECT_GT(pair.window->figures().num_refused, 100U);
 }
 
-TEST(MapWindow, losesNothingWhenTheDiskIsFull) {
-  const TemporaryFolder folder;
-  Random random(961);
-  Pair pair(randomConfig(random), {3.0, 0.0, OutsideWindow::kKeep}, folder / "map.sqlite");
-  Walk walk(random);
-  for (int step = 0; step < 60; ++step) walk.step(pair);
-  const std::size_t num_before = pair.window->figures().num_in_memory;
-  {
-    const FullDisk full;
-    for (int step = 0; step < 60; ++step) walk.step(pair);
-    EXPECT_FALSE(pair.window->save());
-    const WindowFigures figures = pair.window->figures();
-    EXPECT_GT(figures.num_failures, 0U);
-    EXPECT_LT(figures.num_failures, 10U);  // It does not retry in each step.
-    EXPECT_GT(figures.num_in_memory, num_before);
-    EXPECT_EQ(figures.last_failure.rfind(pair.file, 0), 0U) << figures.last_failure;
-    EXPECT_EQ(pair.voxels(), test::voxelsOf(pair.plain));
-  }
-  for (int step = 0; step < 60; ++step) walk.step(pair);
-  pair.startAgain();
-  EXPECT_EQ(pair.voxels(), test::voxelsOf(pair.plain));
-}
-
 TEST(MapWindow, bringsPagesBackSomeAtATime) {
   const TemporaryFolder folder;
-  Pair pair(tenthOfAMetre(), {6.4, 0.0, OutsideWindow::kKeep}, folder / "map.sqlite");
+  WindowPair pair(tenthOfAMetre(), {6.4, 0.0, OutsideWindow::kKeep}, folder / "map.sqlite");
   for (int page = 0; page < 40; ++page) {
     pair.replace(brickBox({64 * page, 0, 0}), {{brickBox({64 * page, 0, 0}), 1.0F}});
   }
@@ -357,7 +217,7 @@ TEST(MapWindow, bringsPagesBackSomeAtATime) {
 
 TEST(MapWindow, encodesABrickOnceWhenItReadsItsPage) {
   const TemporaryFolder folder;
-  Pair pair(tenthOfAMetre(), {6.4, 0.0, OutsideWindow::kKeep}, folder / "map.sqlite");
+  WindowPair pair(tenthOfAMetre(), {6.4, 0.0, OutsideWindow::kKeep}, folder / "map.sqlite");
   Random random(971);
   for (int i = 0; i < 10; ++i) {
     pair.integrate(test::randomUpdate(random, {{-9, -9, -9}, {9, 9, 9}}, 200), {0.0, 0.0, 0.0});
@@ -370,112 +230,12 @@ TEST(MapWindow, encodesABrickOnceWhenItReadsItsPage) {
   EXPECT_EQ(PackedVoxels::numEncoded() - before, num_bricks);
 }
 
-/// Opens the window again on a store in which the page at x = 0 is damaged.
-void damageFirstPage(Pair& pair) {
-  EXPECT_TRUE(pair.window->save());
-  pair.window.reset();
-  pair.map.clear();
-  sqlite3* database = nullptr;
-  ASSERT_EQ(sqlite3_open(pair.file.c_str(), &database), SQLITE_OK);
-  ASSERT_EQ(sqlite3_exec(database, "UPDATE pages SET content = x'0102' WHERE x = 0", nullptr,
-                         nullptr, nullptr),
-            SQLITE_OK);
-  sqlite3_close(database);
-  pair.open();
-}
-
-TEST(MapWindow, tellsWhatHasComeWhenAPageCannotBeRead) {
-  const TemporaryFolder folder;
-  Pair pair(tenthOfAMetre(), {6.4, 0.0, OutsideWindow::kKeep}, folder / "map.sqlite");
-  for (int page = 0; page < 40; ++page) {
-    pair.integrate(updateOf({64 * page, 0, 0}), placeOf(pair, {64 * page, 0, 0}));
-  }
-  damageFirstPage(pair);
-  pair.changes = {};
-  EXPECT_THROW(pair.window->load(kAllCells, pair.changes), MapFileError);
-  EXPECT_GT(pair.map.voxels().size(), 0U) << "else nothing can be lost";
-  std::set<Cell> told;
-  for (const ChangedBrick& changed : pair.changes.bricks) told.insert(changed.brick);
-  EXPECT_EQ(told.size(), pair.map.voxels().size());
-  pair.map.voxels().forEach(
-      [&](const VoxelBrick& brick) { EXPECT_EQ(told.count(brick.brick), 1U) << brick.brick; });
-  EXPECT_EQ(pair.changes.revision, pair.map.revision());
-}
-
-TEST(MapWindow, takesNothingInAPageThatCannotBeRead) {
-  const TemporaryFolder folder;
-  Pair pair(tenthOfAMetre(), {6.4, 0.0, OutsideWindow::kKeep}, folder / "map.sqlite");
-  const Cell bad{0, 0, 0};
-  const Cell good{640, 0, 0};
-  for (const Cell& brick : {bad, good}) pair.integrate(updateOf(brick), placeOf(pair, brick));
-  damageFirstPage(pair);
-  for (int i = 0; i < 3; ++i) {
-    for (const Cell& brick : {bad, good}) {
-      pair.integrate(updateOf(brick), placeOf(pair, {320, 0, 0}));
-    }
-  }
-  EXPECT_EQ(pair.map.voxels().at(good), Occupancy::kOccupied);
-  EXPECT_EQ(pair.map.voxels().at(bad), Occupancy::kUnknown);
-  EXPECT_EQ(pair.window->countNotLoaded(pageBox(bad)), 1U);  // It does not count as unknown.
-  const WindowFigures figures = pair.window->figures();
-  EXPECT_EQ(figures.num_unreadable, 3U);
-  EXPECT_EQ(figures.num_failures, 1U);
-  EXPECT_NE(figures.last_failure.find("page (0 0 0)"), std::string::npos) << figures.last_failure;
-  EXPECT_THROW(pair.window->load(pageBox(bad), pair.changes), MapFileError);
-  EXPECT_THROW((void)pair.voxels(), MapFileError);
-}
-
-TEST(MapWindow, takesObservationsAgainInAPageThatCouldNotBeReadForAWhile) {
-  const TemporaryFolder folder;
-  Pair pair(tenthOfAMetre(), {6.4, 0.0, OutsideWindow::kKeep}, folder / "map.sqlite");
-  Random random(972);
-  const auto see = [&] {
-    pair.integrate(test::randomUpdate(random, {{1, 1, 1}, {7, 7, 7}}, 300), {3.0, 3.0, 3.0});
-  };
-  for (int i = 0; i < 10; ++i) see();
-  pair.startAgain();
-  {
-    const test::FailingReads gone;
-    see();
-  }
-  const WindowFigures figures = pair.window->figures();
-  EXPECT_EQ(figures.num_failures, 1U) << figures.last_failure;
-  EXPECT_GT(figures.num_unreadable, 0U);
-  for (int i = 0; i < 30; ++i) see();
-  EXPECT_EQ(pair.window->countNotLoaded(kAllCells), 0U);
-  const std::uint64_t num_unreadable = pair.window->figures().num_unreadable;
-  see();
-  EXPECT_EQ(pair.window->figures().num_unreadable, num_unreadable);
-}
-
-TEST(MapWindow, hasAMapThatWasReplacedInItsStore) {
-  const TemporaryFolder folder;
-  Random random(971);
-  Pair pair(randomConfig(random), {3.0, 0.0, OutsideWindow::kKeep}, folder / "map.sqlite");
-  Walk walk(random);
-  for (int step = 0; step < 60; ++step) walk.step(pair);
-  ASSERT_GT(pair.window->figures().num_on_disk_only, 0U);
-  // While writing fails, existing pages are not loaded, either.
-  {
-    const FullDisk full;
-    pair.clear();
-    for (int step = 0; step < 30; ++step) walk.step(pair);
-    EXPECT_EQ(pair.voxels(), test::voxelsOf(pair.plain));
-  }
-  for (int step = 0; step < 60; ++step) walk.step(pair);
-  EXPECT_EQ(pair.voxels(), test::voxelsOf(pair.plain));
-  pair.startAgain();
-  EXPECT_EQ(pair.voxels(), test::voxelsOf(pair.plain));
-  pair.clear();
-  pair.startAgain();
-  EXPECT_TRUE(pair.voxels().empty());
-}
-
 TEST(MapWindow, needsAStoreToKeepAndNoneElse) {
   const TemporaryFolder folder;
   CuboidMap map;
   const auto make = [&](const WindowConfig& config, bool has_store) {
-    MapWindow(config, has_store ? openStoreOf(headOf(map.config()), folder / "a.sqlite") : nullptr,
+    MapWindow(config,
+              has_store ? openStoreOf(test::headOf(map.config()), folder / "a.sqlite") : nullptr,
               map);
   };
   EXPECT_THROW(make({10.0, 1.0, OutsideWindow::kKeep}, false), std::invalid_argument);

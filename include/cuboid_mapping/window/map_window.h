@@ -12,7 +12,6 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <unordered_map>
 #include <unordered_set>
@@ -32,6 +31,8 @@ struct WindowFigures {
   std::uint64_t num_failures = 0;    ///< Failed calls of the store.
   std::string last_failure;          ///< Reason and cure of the last failure; empty without one.
 };
+
+class StoredPages;
 
 /// Keeps those pages (page.h) of a map in memory that share a voxel with the window, a box around a point, or
 /// that the last clouds have touched. Evicts the others.
@@ -73,11 +74,17 @@ class MapWindow {
   ///               of it counts as changed. Must outlive this object, and not move.
   /// @throws std::invalid_argument  for a bad size or margin, or a missing or needless store.
   MapWindow(const WindowConfig& config, std::unique_ptr<MapStore> store, CuboidMap& map);
+  MapWindow(const MapWindow&) = delete;
+  MapWindow& operator=(const MapWindow&) = delete;
+  ~MapWindow();
+
+  /// No limit of a number of pages.
+  static constexpr std::size_t kAllPages = std::numeric_limits<std::size_t>::max();
 
   /// Reads the pages that admit(), or load() or edit() of a box, will need, and cannot find in memory.
   ///@{
   void fetch(const ScanUpdate& update);
-  void fetch(const CellBox& box, std::size_t max_pages = std::numeric_limits<std::size_t>::max());
+  void fetch(const CellBox& box, std::size_t max_pages = kAllPages);
   ///@}
 
   /// Begins a step: moves the window, and loads the pages that an update touches. Pages that cannot be read are
@@ -118,8 +125,7 @@ class MapWindow {
   /// Loads the pages that share a cell with a box; they stay for WindowConfig::kIdleSteps steps at least.
   /// @param max_pages  Maximum number.
   /// @throws MapFileError  when a page cannot be read; the pages before it are loaded.
-  void load(const CellBox& box, ChangeSet& changes,
-            std::size_t max_pages = std::numeric_limits<std::size_t>::max());
+  void load(const CellBox& box, ChangeSet& changes, std::size_t max_pages = kAllPages);
 
   /// Whether work on the map has failed: its pages must be listed anew before save() or saveSome() can do without
   /// exclusive access.
@@ -137,7 +143,7 @@ class MapWindow {
   void hold(bool is_held) { is_held_ = is_held; }
 
   /// Pages in the store alone, in no particular order.
-  [[nodiscard]] std::vector<Cell> storedPages() const { return {stored_.begin(), stored_.end()}; }
+  [[nodiscard]] std::vector<Cell> storedPages() const;
   /// Appends the stored bricks of a page to a snapshot. Threads may call it side by side.
   /// @throws MapFileError  as readStore().
   void addStored(const Cell& page, const SnapshotLimits& limits, MapSnapshot& snapshot) const;
@@ -170,15 +176,6 @@ class MapWindow {
   void moveTo(const Eigen::Vector3d& center_map);
   [[nodiscard]] PageSet loadTouched(const std::vector<Cell>& touched, ChangeSet& changes);
   void prefetch(ChangeSet& changes);
-  [[nodiscard]] bool isUnreadable(const Cell& page) const;
-  void noteUnreadable(const Cell& page, const MapFileError& error);
-  /// Calls `visit(page)` for the pages in the store alone that share a cell with a box. @complexity As
-  /// countNotLoaded().
-  template <typename VisitT>
-  void forEachStored(const CellBox& box, const VisitT& visit) const;
-  [[nodiscard]] std::vector<Cell> storedIn(const CellBox& box, std::size_t max_pages) const;
-  void fetchPages(const std::vector<Cell>& pages);
-  [[nodiscard]] std::vector<VoxelBrick> readPage(const Cell& page) const;
   void loadPage(const Cell& page, ChangeSet& changes);
   [[nodiscard]] bool isTurnToEvict() const;
   [[nodiscard]] std::vector<Cell> dirtyOf(const std::vector<Cell>& pages) const;
@@ -188,32 +185,22 @@ class MapWindow {
   void listPages();
   [[nodiscard]] std::vector<Cell> findDirty() const;
   [[nodiscard]] bool write(const std::vector<Cell>& pages);
-  void noteFailure(const char* text) noexcept;
 
   WindowConfig config_;
   CuboidMap& map_;
-  mutable std::mutex store_mutex_;  ///< Guards calls of the store.
-  std::unique_ptr<MapStore> store_;
-  /// Bricks of pages among stored_ that fetch() has read.
-  std::unordered_map<Cell, std::vector<VoxelBrick>, CellHash> fetched_;
-  Pages pages_;     ///< Pages in memory.
-  PageSet stored_;  ///< Pages only in the store.
-  /// Pages among these that could not be read, and the step of the last try.
-  std::unordered_map<Cell, std::uint64_t, CellHash> unreadable_;
-  std::vector<Cell> ahead_;  ///< Pages of the window to prefetch.
+  std::unique_ptr<StoredPages> stored_;  ///< Pages in the store alone.
+  Pages pages_;                          ///< Pages in memory.
+  std::vector<Cell> ahead_;              ///< Pages of the window to prefetch.
   CellBox window_;
   CellBox outer_;         ///< Cells of the window with its margin.
   CellBox window_pages_;  ///< Pages of its least and its last cell.
   ScanUpdate admitted_;   ///< The admitted part of an update.
   std::uint64_t step_ = 0;
-  std::uint64_t next_write_ = 0;  ///< Step before which nothing is written, after a failure.
-  bool is_store_stale_ = false;   ///< The store has a map that was replaced.
-  bool are_pages_stale_ =
-      false;  ///< Pages of the map may lack in `pages_`, after a failure of memory.
+  /// Pages of the map may lack in `pages_`, after a failure of memory.
+  bool are_pages_stale_ = false;
   bool is_held_ = false;
   std::size_t num_loaded_now_ = 0;  ///< Pages loaded in this step.
-  mutable std::mutex figures_mutex_;
-  WindowFigures figures_;  ///< Guarded.
+  WindowFigures figures_;           ///< Without those of stored_.
 };
 
 }  // namespace cuboid_mapping

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/window/map_window.h"
 
+#include "cuboid_mapping/window/stored_pages.h"
+
 #include <algorithm>
 #include <cassert>
 #include <iterator>
@@ -10,9 +12,6 @@
 
 namespace cuboid_mapping {
 namespace {
-
-/// Steps after which a failed write or read is repeated.
-constexpr std::uint64_t kRetrySteps = 20;
 
 /// The pages of an update, each once. Neighbours in the update mostly share a page.
 std::vector<Cell> findTouched(const ScanUpdate& update) {
@@ -33,67 +32,40 @@ bool isAnyLocked(const std::vector<CellBox>& locked, const Cell& page) {
                      [&](const CellBox& box) { return box.intersects(pageBox(page)); });
 }
 
-MapSnapshot headOf(const CuboidMap& map, const MapStore& store) {
-  return {map.config().resolution_m,
-          map.config().sensor_model,
-          map.config().environment,
-          store.head() ? store.head()->frame_id : std::string(),
-          {}};
-}
-
 }  // namespace
 
 MapWindow::MapWindow(const WindowConfig& config, std::unique_ptr<MapStore> store, CuboidMap& map)
-    : config_(config), map_(map), store_(std::move(store)) {
+    : config_(config), map_(map), stored_(std::make_unique<StoredPages>(std::move(store))) {
   if (!(config.size_m > 0.0) || !(config.margin_m >= 0.0)) {
     throw std::invalid_argument("the size of a window must be > 0, its margin at least 0");
   }
-  if ((config.outside == OutsideWindow::kKeep) != (store_ != nullptr)) {
+  if ((config.outside == OutsideWindow::kKeep) != stored_->hasStore()) {
     throw std::invalid_argument(
         "a window needs a store if it keeps the map outside, and must have none otherwise");
-  }
-  if (store_) {
-    for (const Cell& page : store_->pages()) stored_.insert(page);
   }
   listPages();
 }
 
+MapWindow::~MapWindow() = default;
+
 /// Lists the pages of the map, all of them as changed.
 void MapWindow::listPages() {
-  fetched_.clear();
+  stored_->forgetFetched();
   for (auto& [page, state] : pages_) state.is_dirty = true;
   map_.voxels().forEach([this](const VoxelBrick& brick) {
     const Cell page = pageOf(brick.brick);
     pages_[page] = {true, step_};
-    stored_.erase(page);
+    stored_->erase(page);
   });
   are_pages_stale_ = false;
 }
 
 void MapWindow::fetch(const ScanUpdate& update) {
-  if (store_ && !are_pages_stale_) fetchPages(findTouched(update));
+  if (stored_->hasStore() && !are_pages_stale_) stored_->fetch(findTouched(update), step_);
 }
 
 void MapWindow::fetch(const CellBox& box, std::size_t max_pages) {
-  if (store_ && !are_pages_stale_) fetchPages(storedIn(box, max_pages));
-}
-
-/// Those that cannot be read are left to loadPage(), which says so.
-void MapWindow::fetchPages(const std::vector<Cell>& pages) {
-  fetched_.clear();
-  for (const Cell& page : pages) {
-    if (stored_.count(page) == 0 || isUnreadable(page)) continue;
-    try {
-      fetched_[page] = readPage(page);
-    } catch (const MapFileError&) {
-      return;
-    }
-  }
-}
-
-std::vector<VoxelBrick> MapWindow::readPage(const Cell& page) const {
-  const std::lock_guard<std::mutex> lock(store_mutex_);
-  return store_->read(page);
+  if (!are_pages_stale_) stored_->fetch(stored_->pagesIn(box, max_pages), step_);
 }
 
 const ScanUpdate& MapWindow::admit(const ScanUpdate& update, const Eigen::Vector3d& center_map,
@@ -113,24 +85,25 @@ const ScanUpdate& MapWindow::admit(const ScanUpdate& update, const Eigen::Vector
                bricks.end());
   std::vector<Cell>& samples = admitted_.samples;
   samples.erase(std::remove_if(samples.begin(), samples.end(), is_left_out), samples.end());
-  (store_ ? figures_.num_unreadable : figures_.num_refused) += update.bricks.size() - bricks.size();
+  (stored_->hasStore() ? figures_.num_unreadable : figures_.num_refused) +=
+      update.bricks.size() - bricks.size();
   return admitted_;
 }
 
 void MapWindow::prepareCommit() {
-  if (!store_ || are_pages_stale_) return;
+  if (!stored_->hasStore() || are_pages_stale_) return;
   try {
     const std::size_t num_left = kPagesAStep - std::min(kPagesAStep, num_loaded_now_);
     const auto num_next = static_cast<std::ptrdiff_t>(std::min(ahead_.size(), num_left));
-    fetchPages({ahead_.end() - num_next, ahead_.end()});
+    stored_->fetch({ahead_.end() - num_next, ahead_.end()}, step_);
     if (isTurnToEvict()) (void)write(dirtyOf(findEvictable()));
   } catch (const std::bad_alloc&) {  // commit() tries again.
-    noteFailure("there is not enough memory to load or evict pages");
+    stored_->noteFailure("there is not enough memory to load or evict pages");
   }
 }
 
 bool MapWindow::isTurnToEvict() const {
-  return (!store_ || step_ % kStepsAWrite == 0) && !is_held_ && !are_pages_stale_;
+  return (!stored_->hasStore() || step_ % kStepsAWrite == 0) && !is_held_ && !are_pages_stale_;
 }
 
 void MapWindow::commit(CuboidMap::PendingChange& change, ChangeSet& changes) {
@@ -141,7 +114,7 @@ void MapWindow::commit(CuboidMap::PendingChange& change, ChangeSet& changes) {
     prefetch(changes);
     if (isTurnToEvict()) evict(findEvictable(), changes);
   } catch (const std::bad_alloc&) {  // The change is made; pages can come and go later.
-    noteFailure("there is not enough memory to load or evict pages");
+    stored_->noteFailure("there is not enough memory to load or evict pages");
   }
 }
 
@@ -149,23 +122,9 @@ void MapWindow::moveTo(const Eigen::Vector3d& center_map) {
   window_ = windowAround(center_map, config_, map_.grid());
   outer_ = cellsKeptAround(center_map, config_, map_.grid());
   const CellBox pages{pageOf(window_.min), pageOf(window_.max)};
-  if (step_ > 1 && pages == window_pages_) return;
+  if (step_ > 1 && pages == window_pages_ && !stored_->isRetryDue(step_)) return;
+  ahead_ = stored_->pagesIn(window_, kAllPages);
   window_pages_ = pages;
-  ahead_.clear();
-  for (const Cell& page : stored_) {
-    if (window_.intersects(pageBox(page)) && !isUnreadable(page)) ahead_.push_back(page);
-  }
-}
-
-/// Whether a page could not be read a short while ago.
-bool MapWindow::isUnreadable(const Cell& page) const {
-  const auto found = unreadable_.find(page);
-  return found != unreadable_.end() && step_ < found->second + kRetrySteps;
-}
-
-void MapWindow::noteUnreadable(const Cell& page, const MapFileError& error) {
-  noteFailure(error.what());
-  unreadable_[page] = step_;
 }
 
 /// @return Touched pages that cannot take observations.
@@ -182,15 +141,15 @@ MapWindow::PageSet MapWindow::loadTouched(const std::vector<Cell>& touched, Chan
       continue;
     }
     try {
-      if (isUnreadable(page)) {
+      if (stored_->isUnreadable(page, step_)) {
         left_out.insert(page);
-      } else if (stored_.count(page) > 0) {
+      } else if (stored_->contains(page)) {
         loadPage(page, changes);
       } else {
         pages_[page].last_use = step_;
       }
     } catch (const MapFileError& error) {
-      noteUnreadable(page, error);
+      stored_->noteUnreadable(page, step_, error);
       left_out.insert(page);
     }
   }
@@ -201,22 +160,18 @@ MapWindow::PageSet MapWindow::loadTouched(const std::vector<Cell>& touched, Chan
 void MapWindow::prefetch(ChangeSet& changes) {
   while (!ahead_.empty() && num_loaded_now_ < kPagesAStep) {
     const Cell page = ahead_.back();
-    ahead_.pop_back();
-    if (stored_.count(page) == 0 || isUnreadable(page)) continue;
     try {
-      loadPage(page, changes);
+      if (stored_->contains(page) && !stored_->isUnreadable(page, step_)) loadPage(page, changes);
     } catch (const MapFileError& error) {
-      noteUnreadable(page, error);
+      stored_->noteUnreadable(page, step_, error);
     }
+    ahead_.pop_back();
   }
 }
 
 void MapWindow::loadPage(const Cell& page, ChangeSet& changes) {
   assert(pages_.count(page) == 0);
-  const auto fetched = fetched_.find(page);
-  std::vector<VoxelBrick> bricks =
-      fetched == fetched_.end() ? readPage(page) : std::move(fetched->second);
-  if (fetched != fetched_.end()) fetched_.erase(fetched);
+  std::vector<VoxelBrick> bricks = stored_->take(page);
   pages_[page].last_use = step_;
   try {
     changes.append(map_.replace(std::move(bricks)));
@@ -224,8 +179,7 @@ void MapWindow::loadPage(const Cell& page, ChangeSet& changes) {
     pages_.erase(page);
     throw;
   }
-  stored_.erase(page);
-  unreadable_.erase(page);
+  stored_->erase(page);
   ++figures_.num_loads;
   ++num_loaded_now_;
 }
@@ -255,99 +209,44 @@ std::vector<Cell> MapWindow::dirtyOf(const std::vector<Cell>& pages) const {
 }
 
 void MapWindow::evict(std::vector<Cell> pages, ChangeSet& changes) {
-  if (store_ && !write(dirtyOf(pages))) {
+  if (stored_->hasStore() && !write(dirtyOf(pages))) {
     const auto is_dirty = [this](const Cell& page) { return pages_.at(page).is_dirty; };
     pages.erase(std::remove_if(pages.begin(), pages.end(), is_dirty), pages.end());
   }
   for (const Cell& page : pages) {
-    if (store_) stored_.insert(page);
+    if (stored_->hasStore()) stored_->insert(page);
     ChangeSet change;
     try {
       change = map_.replace(pageBox(page), std::vector<VoxelBrick>());
     } catch (...) {
-      stored_.erase(page);  // It is still in memory.
+      stored_->erase(page);  // It is still in memory.
       throw;
     }
-    if (change.bricks.empty()) stored_.erase(page);  // The store has no empty pages.
+    if (change.bricks.empty()) stored_->erase(page);  // The store has no empty pages.
     changes.append(change);
     pages_.erase(page);
-    if (!store_) ++figures_.num_forgotten;
+    if (!stored_->hasStore()) ++figures_.num_forgotten;
   }
 }
 
 /// @return Whether the store has these pages now.
 bool MapWindow::write(const std::vector<Cell>& pages) {
   if (pages.empty()) return true;
-  if (step_ < next_write_) return false;
-  const auto bricks_of = [this](const Cell& page) { return map_.voxels().copyIn(pageBox(page)); };
-  try {
-    const std::lock_guard<std::mutex> lock(store_mutex_);
-    if (is_store_stale_) {
-      store_->replaceAll(headOf(map_, *store_), pages, bricks_of);
-    } else {
-      store_->write(pages, bricks_of);
-    }
-  } catch (const MapFileError& error) {
-    noteFailure(error.what());
-    next_write_ = step_ + kRetrySteps;
-    return false;
-  }
-  is_store_stale_ = false;
-  {
-    const std::lock_guard<std::mutex> lock(figures_mutex_);
-    figures_.num_writes += pages.size();
-  }
+  if (!stored_->write(pages, map_, step_)) return false;
   for (const Cell& page : pages) pages_.at(page).is_dirty = false;
   return true;
 }
 
-void MapWindow::noteFailure(const char* text) noexcept {
-  const std::lock_guard<std::mutex> lock(figures_mutex_);
-  ++figures_.num_failures;
-  try {
-    figures_.last_failure = text;
-  } catch (const std::bad_alloc&) {
-    figures_.last_failure.clear();
-  }
-}
-
-template <typename VisitT>
-void MapWindow::forEachStored(const CellBox& box, const VisitT& visit) const {
-  if (box.isEmpty()) return;
-  if (numPages(box) > static_cast<double>(stored_.size())) {
-    for (const Cell& page : stored_) {
-      if (box.intersects(pageBox(page))) visit(page);
-    }
-    return;
-  }
-  const Cell first = pageOf(box.min);
-  for (std::int32_t z = first.z; z < box.max.z; z += kPageEdge) {
-    for (std::int32_t y = first.y; y < box.max.y; y += kPageEdge) {
-      for (std::int32_t x = first.x; x < box.max.x; x += kPageEdge) {
-        if (stored_.count({x, y, z}) > 0) visit({x, y, z});
-      }
-    }
-  }
-}
-
 std::size_t MapWindow::countNotLoaded(const CellBox& box) const {
-  std::size_t count = 0;
-  forEachStored(box, [&](const Cell& /*page*/) { ++count; });
-  return count;
+  return stored_->pagesIn(box, kAllPages).size();
 }
 
-std::vector<Cell> MapWindow::storedIn(const CellBox& box, std::size_t max_pages) const {
-  std::vector<Cell> pages;
-  forEachStored(box, [&](const Cell& page) {
-    if (pages.size() < max_pages) pages.push_back(page);
-  });
-  return pages;
-}
+std::vector<Cell> MapWindow::storedPages() const { return stored_->all(); }
 
 void MapWindow::load(const CellBox& box, ChangeSet& changes, std::size_t max_pages) {
   refresh();
   changes.revision = map_.revision();
-  for (const Cell& page : storedIn(box, max_pages)) loadPage(page, changes);
+  for (const Cell& page : stored_->pagesIn(box, max_pages)) loadPage(page, changes);
 }
 
 void MapWindow::edit(const CellBox& box, FunctionRef<ChangeSet()> work, ChangeSet& changes) {
@@ -369,7 +268,7 @@ void MapWindow::markDirty(const ChangeSet& changes) noexcept {
   }
   try {
     for (const ChangedBrick& brick : changes.bricks) {
-      assert(stored_.count(pageOf(brick.brick)) == 0);
+      assert(!stored_->contains(pageOf(brick.brick)));
       pages_[pageOf(brick.brick)] = {true, step_};
     }
   } catch (const std::bad_alloc&) {
@@ -386,10 +285,8 @@ void MapWindow::replaceAll(FunctionRef<ChangeSet()> work, ChangeSet& changes) {
     throw;
   }
   pages_.clear();
-  stored_.clear();
-  unreadable_.clear();
   ahead_.clear();
-  is_store_stale_ = store_ != nullptr;
+  stored_->markReplaced();
   listPages();
 }
 
@@ -406,7 +303,7 @@ void MapWindow::refresh() {
 }
 
 bool MapWindow::saveSome() {
-  if (!store_) return false;
+  if (!stored_->hasStore()) return false;
   refresh();
   std::vector<Cell> dirty = findDirty();
   if (dirty.size() <= kPagesAStep) {
@@ -414,53 +311,35 @@ bool MapWindow::saveSome() {
     return false;
   }
   dirty.resize(kPagesAStep);
-  next_write_ = step_;
+  stored_->retryNow();
   return write(dirty);
 }
 
 bool MapWindow::save() {
-  if (!store_) return true;
+  if (!stored_->hasStore()) return true;
   refresh();
   const std::vector<Cell> dirty = findDirty();
-  next_write_ = step_;
-  if (!dirty.empty() || !is_store_stale_) return write(dirty);
-  try {  // An empty map.
-    const std::lock_guard<std::mutex> lock(store_mutex_);
-    store_->replaceAll(headOf(map_, *store_), {}, {});
-    is_store_stale_ = false;
-  } catch (const MapFileError& error) {
-    noteFailure(error.what());
-  }
-  return !is_store_stale_;
+  stored_->retryNow();
+  return dirty.empty() ? stored_->write({}, map_, step_) : write(dirty);
 }
 
 void MapWindow::addStored(const Cell& page, const SnapshotLimits& limits,
                           MapSnapshot& snapshot) const {
-  for (VoxelBrick& brick : readPage(page)) snapshot.bricks.push_back(std::move(brick));
+  for (VoxelBrick& brick : stored_->read(page)) snapshot.bricks.push_back(std::move(brick));
   if (snapshot.bricks.size() <= limits.max_bricks) return;
-  throw MapFileError(MapFileDefect::kTooBig, store_->file() + " has more than " +
+  throw MapFileError(MapFileDefect::kTooBig, stored_->file() + " has more than " +
                                                  std::to_string(limits.max_bricks) +
                                                  " bricks of 8 x 8 x 8 voxels");
 }
 
 void MapWindow::saveHead() {
-  if (!store_) return;
-  try {
-    const std::lock_guard<std::mutex> lock(store_mutex_);
-    MapSnapshot head = headOf(map_, *store_);
-    if (store_->head()) head.progress = store_->head()->progress;
-    store_->setHead(head);
-  } catch (const MapFileError& error) {
-    noteFailure(error.what());
-  }
+  if (stored_->hasStore()) stored_->writeHead(map_);
 }
 
 WindowFigures MapWindow::figures() const {
-  std::unique_lock<std::mutex> lock(figures_mutex_);
   WindowFigures figures = figures_;
-  lock.unlock();
   figures.num_in_memory = pages_.size();
-  figures.num_on_disk_only = stored_.size();
+  stored_->addTo(figures);
   return figures;
 }
 
