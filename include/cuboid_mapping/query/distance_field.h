@@ -36,7 +36,8 @@ class DistanceField {
   /// @throws std::invalid_argument  with the value to change.
   DistanceField(const CuboidMap& map, const CellBox& region, double bound_m, UnknownPolicy policy);
 
-  /// Follows a change of the map; no change may be missed. @complexity O(r + b v) for r rows of the region and
+  /// Follows a change of the map; no change may be missed. @throws std::bad_alloc  The field is as before.
+  /// @complexity O(r + b v) for r rows of the region and
   /// its surroundings, a bound of b voxels, and v voxels with a changed obstacle within the bound in y and z.
   void update(const CuboidMap& map, const ChangeSet& changes);
 
@@ -95,9 +96,11 @@ class DistanceField {
 
     [[nodiscard]] bool isEmpty() const { return begin >= end; }
   };
-  void computeRows(const Obstacles& obstacles, std::int32_t brick_y, std::int32_t brick_z);
-  void computeLayers();
-  void computeSquares();
+  struct Scratch;
+  void computeRows(const Obstacles& obstacles, std::int32_t brick_y, std::int32_t brick_z,
+                   Scratch& scratch);
+  void computeLayers(Scratch& scratch);
+  void computeSquares(Scratch& scratch);
 
   Grid grid_;
   CellBox region_;

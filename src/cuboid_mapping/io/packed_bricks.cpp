@@ -5,6 +5,7 @@
 
 #include <zlib.h>
 
+#include <new>
 #include <stdexcept>
 #include <string>
 
@@ -17,9 +18,9 @@ constexpr std::size_t kMaxBytes = std::size_t{1} << 30;
 std::vector<std::uint8_t> deflateBytes(const std::string& bytes) {
   uLongf size = compressBound(bytes.size());
   std::vector<std::uint8_t> packed(size);
-  // Cannot fail: there is room, and the level exists.
-  compress2(packed.data(), &size, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size(),
-            Z_BEST_SPEED);
+  const int state = compress2(packed.data(), &size, reinterpret_cast<const Bytef*>(bytes.data()),
+                              bytes.size(), Z_BEST_SPEED);
+  if (state != Z_OK) throw std::bad_alloc();  // It fails for lack of memory only.
   packed.resize(size);
   return packed;
 }
@@ -27,7 +28,7 @@ std::vector<std::uint8_t> deflateBytes(const std::string& bytes) {
 /// Inflates bytes; empty if they are damaged. Takes memory for the actual content, not for a claimed size.
 std::string inflateBytes(const std::vector<std::uint8_t>& packed) {
   z_stream stream{};
-  if (inflateInit(&stream) != Z_OK) return {};
+  if (inflateInit(&stream) != Z_OK) throw std::bad_alloc();
   stream.next_in = const_cast<Bytef*>(packed.data());
   stream.avail_in = static_cast<uInt>(packed.size());
   std::string bytes;

@@ -135,6 +135,27 @@ void findOffsets(const std::vector<std::int32_t>& obstacles, std::int32_t bound,
 
 }  // namespace
 
+/// Memory of an update, taken before it changes anything.
+struct DistanceField::Scratch {
+  Rows<Part> parts_of_layers;  ///< Parts of the rows of layers_ to compute.
+  Rows<Part> parts;            ///< Parts of the rows of squares_ to compute.
+  std::vector<BrickMask> masks;
+  std::vector<std::int32_t> found;
+  std::vector<std::int8_t> offsets;
+  std::vector<std::int16_t> squares;
+
+  explicit Scratch(const DistanceField& field)
+      : parts_of_layers(field.layer_changes_.box, {}),
+        parts(edgeOf(field.region_), {}),
+        offsets(static_cast<std::size_t>(field.region_.size().x)),
+        squares(static_cast<std::size_t>(field.layers_.width)) {
+    const CellBox& around = field.around_;
+    const std::int32_t width = brickOf(around.max).x + kBrickEdge - brickOf(around.min).x;
+    masks.reserve(static_cast<std::size_t>(width / kBrickEdge));
+    found.reserve(static_cast<std::size_t>(width));
+  }
+};
+
 DistanceField::DistanceField(const CuboidMap& map, const CellBox& region, double bound_m,
                              UnknownPolicy policy)
     : grid_(map.grid()),
@@ -170,24 +191,26 @@ void DistanceField::update(const CuboidMap& map, const ChangeSet& changes) {
   for (const ChangedBrick& changed : changes.bricks) {
     if (changed.has_new_cuboids && brickBox(changed.brick).intersects(around_)) add(changed.brick);
   }
+  Scratch scratch(*this);  // Nothing throws from here on.
   std::fill(row_changes_.values.begin(), row_changes_.values.end(), Part());
   for (const auto& [brick_z, brick_y] : rows_of_bricks) {
-    computeRows(obstacles, brick_y, brick_z);
+    computeRows(obstacles, brick_y, brick_z, scratch);
   }
-  computeLayers();
-  computeSquares();
+  computeLayers(scratch);
+  computeSquares(scratch);
 }
 
 /// The rows along x through some bricks.
 void DistanceField::computeRows(const Obstacles& obstacles, std::int32_t brick_y,
-                                std::int32_t brick_z) {
-  std::vector<BrickMask> masks;
+                                std::int32_t brick_z, Scratch& scratch) {
+  std::vector<BrickMask>& masks = scratch.masks;
+  std::vector<std::int32_t>& found = scratch.found;
+  std::vector<std::int8_t>& offsets = scratch.offsets;
+  masks.clear();
   const std::int32_t first_x = brickOf(around_.min).x;
   for (std::int32_t x = first_x; x < around_.max.x; x += kBrickEdge) {
     masks.push_back(obstacles.inBrick({x, brick_y, brick_z}));
   }
-  std::vector<std::int32_t> found;
-  std::vector<std::int8_t> offsets(static_cast<std::size_t>(region_.size().x));
   for (std::int32_t z = std::max(brick_z, around_.min.z);
        z < std::min(brick_z + kBrickEdge, around_.max.z); ++z) {
     for (std::int32_t y = std::max(brick_y, around_.min.y);
@@ -207,8 +230,8 @@ void DistanceField::computeRows(const Obstacles& obstacles, std::int32_t brick_y
 }
 
 /// Squared distances in each layer: the least of the rows within the bound.
-void DistanceField::computeLayers() {
-  Rows<Part> parts(layer_changes_.box, {});
+void DistanceField::computeLayers(Scratch& scratch) {
+  Rows<Part>& parts = scratch.parts_of_layers;
   for (std::int32_t z = around_.min.z; z < around_.max.z; ++z) {
     for (std::int32_t y = around_.min.y; y < around_.max.y; ++y) {
       const Part changed = *row_changes_.row(y, z);
@@ -219,7 +242,7 @@ void DistanceField::computeLayers() {
       }
     }
   }
-  std::vector<std::int16_t> squares(static_cast<std::size_t>(layers_.width));
+  std::vector<std::int16_t>& squares = scratch.squares;
   for (std::int32_t z = around_.min.z; z < around_.max.z; ++z) {
     for (std::int32_t y = region_.min.y; y < region_.max.y; ++y) {
       const Part part = *parts.row(y, z);
@@ -233,8 +256,8 @@ void DistanceField::computeLayers() {
 }
 
 /// Squared distances: the least of the layers within the bound.
-void DistanceField::computeSquares() {
-  Rows<Part> parts(edgeOf(region_), {});
+void DistanceField::computeSquares(Scratch& scratch) {
+  Rows<Part>& parts = scratch.parts;
   for (std::int32_t z = around_.min.z; z < around_.max.z; ++z) {
     const std::int32_t end = std::min(z + bound_ + 1, region_.max.z);
     for (std::int32_t y = region_.min.y; y < region_.max.y; ++y) {

@@ -22,7 +22,7 @@ void NearObstacles::moveTo(const Ball& ball) {
   const Cell first = brickOf(bounds.min);
   const Cell end = brickOf(bounds.max + Cell{kBrickEdge - 1, kBrickEdge - 1, kBrickEdge - 1});
   corner_ = toVector(first);
-  middle_ = half_ = 0.5F * toVector(end - first).cast<float>();
+  half_.setConstant(-1.0F);  // Nothing is in the window until all of it is read.
   near_.clear();
   cache_.trim();
   generation_ = cache_.generation();
@@ -35,6 +35,7 @@ void NearObstacles::moveTo(const Ball& ball) {
     const Eigen::Vector3f center = toVector(box.min - first).cast<float>() + half;
     near_.push_back({center, half, cache_.numberOf(found)});
   });
+  middle_ = half_ = 0.5F * toVector(end - first).cast<float>();
 }
 
 /// As findMetInBrick(), but finds the nearest voxel: a moving ball meets it for the longest time.

@@ -69,10 +69,8 @@ class ObstacleCache {
   void look(const Cell& brick, Slot& slot) {
     if (!budget().spend()) return;
     const BrickMask voxels = obstacles_.inBrick(brick);
-    slot = {brick, kNothing};
-    if (voxels.isEmpty()) return;
-    slot.number = static_cast<std::uint32_t>(found_.size());
-    found_.push_back({brick, voxels, boundsOf(brick, voxels)});
+    if (!voxels.isEmpty()) found_.push_back({brick, voxels, boundsOf(brick, voxels)});
+    slot = {brick, voxels.isEmpty() ? kNothing : static_cast<std::uint32_t>(found_.size() - 1)};
   }
 
   Obstacles obstacles_;

@@ -65,8 +65,8 @@ void VoidSpace::add(const ScanUpdate& update) {
   for (int axis = 0; axis < 3; ++axis) erode(passed, axis);
   for (const PassedBrick& brick : passed) {
     if (brick.voxels.isEmpty()) continue;
+    pages_[pageOf(brick.brick)] = num_clouds_;  // First: a brick without its page would stay.
     bricks_[brick.brick] |= brick.voxels;
-    pages_[pageOf(brick.brick)] = num_clouds_;
   }
   touch(update);
 }

@@ -16,21 +16,28 @@ constexpr double kPatience_s = 10.0;
 }  // namespace
 
 bool SequenceSet::add(std::uint64_t sequence) {
-  auto next = last_of_.upper_bound(sequence);
+  if (contains(sequence)) return false;
+  const auto next = last_of_.upper_bound(sequence);
   const auto before = next == last_of_.begin() ? last_of_.end() : std::prev(next);
-  if (before != last_of_.end() && sequence <= before->second) return false;
-  std::uint64_t last = sequence;
-  if (next != last_of_.end() && next->first == sequence + 1) {
-    last = next->second;
-    last_of_.erase(next);
-  }
-  if (before != last_of_.end() && before->second + 1 == sequence) {
-    before->second = last;
+  const bool follows = before != last_of_.end() && before->second + 1 == sequence;
+  const bool precedes = next != last_of_.end() && next->first == sequence + 1;
+  if (follows) {
+    before->second = precedes ? next->second : sequence;
+    if (precedes) last_of_.erase(next);
+  } else if (precedes) {
+    auto run = last_of_.extract(next);
+    run.key() = sequence;
+    last_of_.insert(std::move(run));
   } else {
-    last_of_.emplace(sequence, last);
+    last_of_.emplace(sequence, sequence);
   }
   ++count_;
   return true;
+}
+
+bool SequenceSet::contains(std::uint64_t sequence) const {
+  const auto next = last_of_.upper_bound(sequence);
+  return next != last_of_.begin() && sequence <= std::prev(next)->second;
 }
 
 std::uint64_t SequenceSet::newest() const {
@@ -65,19 +72,27 @@ bool ObservationOrder::put(RobotObservation observation, double now_s) {
     const std::int64_t late_ns = newest_stamp_ns_ - observation.stamp_ns;
     if (late_ns > delay_ns) session.offset_ns = late_ns + 1;
   }
-  if (!session.received.add(observation.sequence)) {
+  if (session.received.contains(observation.sequence)) {
     ++counts_.num_repeated;
     return false;
   }
-  session.last_received_s = now_s;
-  session.left_out = std::max(session.left_out, observation.left_out);
-  last_session_[observation.robot] = observation.session;
   const std::int64_t stamp_ns = observation.stamp_ns + session.offset_ns;
+  const Key key{stamp_ns, observation.robot, observation.session, observation.sequence};
+  std::uint64_t& last_session = last_session_[observation.robot];
+  const std::uint64_t left_out = observation.left_out;
+  const auto waiting = waiting_.emplace(key, std::move(observation)).first;
+  try {
+    session.received.add(std::get<3>(key));
+  } catch (...) {
+    waiting_.erase(waiting);  // The robot sends it again.
+    throw;
+  }
+  last_session = std::get<2>(key);
+  session.last_received_s = now_s;
+  session.left_out = std::max(session.left_out, left_out);
   newest_stamp_ns_ = counts_.num_received == 0 ? stamp_ns : std::max(newest_stamp_ns_, stamp_ns);
   last_received_s_ = now_s;
   ++counts_.num_received;
-  const Key key{stamp_ns, observation.robot, observation.session, observation.sequence};
-  waiting_.emplace(key, std::move(observation));
   return true;
 }
 
@@ -85,21 +100,26 @@ std::vector<RobotObservation> ObservationOrder::takeDue(double now_s) {
   if (!behind_.empty() && now_s - start_s_ < kPatience_s) return {};
   const auto delay_ns = static_cast<std::int64_t>(1e9 * delay_s_);
   const bool is_silent = now_s - last_received_s_ >= delay_s_;
+  const auto end = std::find_if(waiting_.begin(), waiting_.end(), [&](const auto& waiting) {
+    return !is_silent && std::get<0>(waiting.first) > newest_stamp_ns_ - delay_ns;
+  });
   std::vector<RobotObservation> due;
-  while (!waiting_.empty()) {
-    const auto first = waiting_.begin();
-    if (!is_silent && std::get<0>(first->first) > newest_stamp_ns_ - delay_ns) break;
-    if (has_given_ && first->first < last_given_) {
-      ++counts_.num_late;
-      counts_.late_robot = first->second.robot;
-      counts_.late_s = 1e-9 * static_cast<double>(newest_stamp_ns_ - std::get<0>(first->first));
-    } else {
-      last_given_ = first->first;
-    }
-    has_given_ = true;
-    due.push_back(std::move(first->second));
-    waiting_.erase(first);
+  if (end == waiting_.begin()) return due;
+  due.reserve(static_cast<std::size_t>(std::distance(waiting_.begin(), end)));
+  MergeCounts counts = counts_;
+  for (auto late = waiting_.begin(); late != end; ++late) {
+    if (!has_given_ || !(late->first < last_given_)) break;
+    ++counts.num_late;
+    counts.late_robot = late->second.robot;
+    counts.late_s = 1e-9 * static_cast<double>(newest_stamp_ns_ - std::get<0>(late->first));
   }
+  Key last = std::prev(end)->first;  // Nothing throws from here on.
+  counts_ = std::move(counts);
+  for (auto next = waiting_.begin(); next != end; next = waiting_.erase(next)) {
+    due.push_back(std::move(next->second));
+  }
+  if (!has_given_ || last_given_ < last) last_given_.swap(last);
+  has_given_ = true;
   return due;
 }
 

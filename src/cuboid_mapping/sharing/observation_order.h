@@ -30,6 +30,8 @@ class SequenceSet {
  public:
   /// @return Whether it is new. @pre sequence > 0. @complexity O(log n) for n gaps.
   bool add(std::uint64_t sequence);
+  /// Whether a sequence has arrived. @complexity O(log n).
+  [[nodiscard]] bool contains(std::uint64_t sequence) const;
   /// Greatest sequence that has arrived; 0 if none has.
   [[nodiscard]] std::uint64_t newest() const;
   /// Missing sequences below newest().

@@ -59,16 +59,17 @@ FollowResult SharedMapFollower::take(MapDelta delta) {
     if (missed.revision > next->follower.revision()) (void)next->follower.take(missed);
   }
   (void)next->follower.take(delta);
-  spares_.push_back(current_);
+  spares_.reserve(spares_.size() + 1);
   noteMissed(std::move(delta));
+  spares_.push_back(current_);  // Nothing throws from here on.
   setCurrent(next);
   return result;
 }
 
 /// Keeps a change that the spares lack, and forgets those that they all have.
 void SharedMapFollower::noteMissed(MapDelta delta) {
-  num_missed_ += 1 + delta.bricks.size();
   missed_.push_back(std::move(delta));
+  num_missed_ += 1 + missed_.back().bricks.size();
   std::uint64_t oldest = current_->follower.revision();
   for (const auto& spare : spares_) oldest = std::min(oldest, spare->follower.revision());
   while (!missed_.empty() && missed_.front().revision <= oldest) {
