@@ -141,6 +141,7 @@ class HistoryDrive {
       cloud.T_map_body.translation().x() = 0.1 * i;
       cloud.scans_body.push_back(test::randomScan(random, {}));
       roundScan(cloud.scans_body.back(), kStep_m);
+      cloud.source = static_cast<std::size_t>(i);
       clouds_.push_back(std::move(cloud));
     }
   }

@@ -90,16 +90,16 @@ struct MapHistory::Implementation {
   /// Adds a cloud and its scans, then keeps to the limits. Where it throws, the cloud is not there.
   void addCloud(HistoryEvent event, const std::vector<Scan>& scans_body, std::size_t source) {
     clouds.removeBefore(first);  // Those that became fixed.
-    const StampClock clock_before = clock;
+    StampClock clock_before = clock;
     event.num_bytes = clouds.add(first + events.size(), scans_body);
     append(std::move(event));
-    events.back().time_ns = clock.note(events.back().pose.stamp_ns, source);
     try {
+      events.back().time_ns = clock.note(events.back().pose.stamp_ns, source);
       while (hold.use_count() == 1 && !events.empty() && isOverLimits()) fixOldest();
     } catch (...) {
       count(events.back(), false);
       events.pop_back();
-      clock = clock_before;
+      clock = std::move(clock_before);
       throw;
     }
   }
