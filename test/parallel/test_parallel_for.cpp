@@ -2,6 +2,8 @@
 #include "cuboid_mapping/parallel/parallel_for.h"
 
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <chrono>
@@ -55,6 +57,24 @@ TEST(ParallelFor, doesEachStepOnce) {
 
 TEST(ParallelFor, usesAsManyThreadsAsItMay) {
   for (const int threads : {2, 3, 5}) EXPECT_TRUE(haveThreads(threads)) << threads;
+}
+
+/// As Python's multiprocessing does: the child has the pool without its threads.
+TEST(ParallelFor, hasThreadsInAForkedProcess) {
+#ifdef __SANITIZE_THREAD__
+  GTEST_SKIP() << "ThreadSanitizer allows no threads after a fork";
+#endif
+  EXPECT_TRUE(haveThreads(3));
+  const pid_t child = fork();
+  if (child == 0) {
+    alarm(20);  // Ends a child that hangs.
+    bool are_there = true;
+    for (int i = 0; i < 20; ++i) are_there = haveThreads(3) && are_there;
+    _exit(are_there ? 0 : 1);
+  }
+  int status = -1;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  EXPECT_EQ(status, 0);
 }
 
 TEST(ParallelFor, staysOnTheCallersThreadWithoutHelpers) {

@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/parallel/parallel_for.h"
 
+#include <sys/types.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <atomic>
 #include <condition_variable>
 #include <deque>
 #include <exception>
+#include <memory>
 #include <mutex>
 #include <thread>
 #include <utility>
@@ -32,8 +37,12 @@ class ThreadPool {
 
   /// Never destroyed: static objects may need it after any destructor of ours. The library is never unloaded.
   static ThreadPool& instance() {
-    static auto& pool = *new ThreadPool;
-    return pool;
+    static std::atomic<ThreadPool*> pool = new ThreadPool;
+    ThreadPool* own = pool;
+    if (own->process_ == getpid()) return *own;
+    // A forked process has none of the threads, and their mutex may be locked.
+    auto fresh = std::make_unique<ThreadPool>();
+    return pool.compare_exchange_strong(own, fresh.get()) ? *fresh.release() : *own;
   }
 
   std::shared_ptr<Job> start(std::size_t count, std::size_t max_helpers,
@@ -114,6 +123,7 @@ class ThreadPool {
     if (job.isDone()) changed_.notify_all();
   }
 
+  pid_t process_ = getpid();
   std::mutex mutex_;
   std::condition_variable changed_;  ///< Notified when a job has come or is done.
   std::deque<std::shared_ptr<Job>> jobs_;
