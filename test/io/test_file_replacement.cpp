@@ -81,6 +81,23 @@ TEST(FileReplacement, writesTheTargetOfALink) {
             std::string::npos);
 }
 
+TEST(FileReplacement, keepsThePermissionsOfTheFile) {
+  const TemporaryFolder folder;
+  const std::string file = folder / "map.cuboids";
+  replaceFile(file, "old");
+  for (const mode_t mode : {0600U, 0664U}) {
+    ASSERT_EQ(chmod(file.c_str(), mode), 0);
+    replaceFile(file, [&](const std::string& partial) {
+      struct stat status {};
+      EXPECT_EQ(stat(partial.c_str(), &status), 0);
+      EXPECT_EQ(status.st_mode & 0777, mode) << "nobody else may read it before it is there";
+    });
+    struct stat status {};
+    ASSERT_EQ(stat(file.c_str(), &status), 0);
+    EXPECT_EQ(status.st_mode & 07777, mode);
+  }
+}
+
 TEST(FileReplacement, saysThatAFolderIsNotWritable) {
   const TemporaryFolder folder;
   const std::string file = folder / "map.cuboids";

@@ -5,6 +5,7 @@
 
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/voxels/uniform_boxes.h"
+#include "support/as_nobody.h"
 #include "support/map_cuboids.h"
 #include "support/snapshots.h"
 #include "tools/run_program.h"
@@ -13,6 +14,8 @@
 #include <pcl/io/pcd_io.h>
 #include <pcl/io/ply_io.h>
 #include <pcl/point_types.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -314,6 +317,30 @@ TEST(MapFiles, areRefusedWithTheNameOfTheFile) {
   EXPECT_EQ(error_of([&] { (void)readMapFile(file); }), file + " is empty");
   replaceFile(file, "A poem about maps");
   EXPECT_EQ(error_of([&] { (void)readMapFile(file); }).find(file + " is not a map"), 0U);
+}
+
+TEST(MapFiles, ofAllFormatsPromiseTheirOwnErrorsForWhateverIsWrongWithAPath) {
+  const TemporaryFolder folder;
+  const MapSnapshot snapshot = makeSnapshot();
+  for (const std::string ending : {"cuboids", "sqlite", "ot", "bt", "pcd", "ply", "csv"}) {
+    const std::string pipe = folder / ("pipe." + ending);
+    ASSERT_EQ(mkfifo(pipe.c_str(), 0666), 0);
+    const std::string loop = folder / ("loop." + ending);
+    ASSERT_EQ(symlink(loop.c_str(), loop.c_str()), 0);
+    const std::string directory = folder / ("folder." + ending);
+    ASSERT_EQ(mkdir(directory.c_str(), 0777), 0);
+    const std::string closed = folder / ("closed" + ending);
+    ASSERT_EQ(mkdir(closed.c_str(), 0), 0);
+    const std::string link = folder / ("link." + ending);
+    ASSERT_EQ(symlink((closed + "/map").c_str(), link.c_str()), 0);
+    ASSERT_EQ(chmod((folder / ".").c_str(), 0777), 0);
+    const test::AsNobody nobody;
+    for (const std::string& file : {pipe, loop, directory, closed + "/map." + ending, link,
+                                    std::string(5000, 'x') + "." + ending}) {
+      EXPECT_THROW((void)readMapFile(file), MapFileError) << file.substr(0, 100);
+      EXPECT_THROW(writeMapFile(file, snapshot), MapFileError) << file.substr(0, 100);
+    }
+  }
 }
 
 TEST(MapFiles, ofPointsOnAFullDiskAreErrors) {

@@ -118,6 +118,14 @@ bool isMountPoint(const std::string& path) {
   return false;
 }
 
+/// Gives a new file the permissions of the one that it replaces, if there is one and the file system has permissions.
+void keepPermissions(const Descriptor& partial, const std::string& target) {
+  struct stat old {};
+  struct stat status {};
+  if (::stat(target.c_str(), &old) != 0 || fstat(partial.get(), &status) != 0) return;
+  if (S_ISREG(status.st_mode)) (void)fchmod(partial.get(), old.st_mode & 07777);
+}
+
 /// A file that will be replaced, and the temporary file beside it.
 struct Replacement {
   std::string target;
@@ -149,6 +157,11 @@ Replacement replacementOf(const std::string& file) {
 }
 
 }  // namespace
+
+void requireFile(const std::string& file) {
+  struct stat status {};
+  if (::stat(file.c_str(), &status) == 0) requireRegular(status, "cannot open", file);
+}
 
 void checkReplaceable(const std::string& file) {
   const std::string partial = replacementOf(file).partial;
@@ -195,8 +208,11 @@ void replaceFile(const std::string& file, std::string_view bytes) {
 void replaceFile(const std::string& file, const std::function<void(const std::string&)>& write) {
   const auto [target, partial] = replacementOf(file);
   Removal removal(partial);
-  // Checked here, because not every writer says why it fails.
-  if (!Descriptor(partial, kForWriting).isOpen()) fail("cannot write", file, errno);
+  {  // Checked here, because not every writer says why it fails.
+    const Descriptor descriptor(partial, kForWriting);
+    if (!descriptor.isOpen()) fail("cannot write", file, errno);
+    keepPermissions(descriptor, target);
+  }
   write(partial);
   // The new name must never stand for bytes that are not on the disk yet.
   if (!synchronize(partial, O_RDONLY | O_CLOEXEC)) fail("cannot write", file, errno);

@@ -20,8 +20,8 @@ namespace cuboid_mapping {
 /// Replaces the content of a file, all of it or none: a reader finds the old content or the new one,
 /// also after a crash of the program or the machine.
 ///
-/// A symbolic link stays, and its target is replaced. Writes FILE.partial in the same folder, flushes it to the disk, and renames it to
-/// FILE. After an error FILE is as it was and FILE.partial is gone; after a crash the latter
+/// A symbolic link stays, and its target is replaced; permissions stay. Writes FILE.partial in the same folder, flushes
+/// it to the disk, and renames it to FILE. After an error FILE is as it was and FILE.partial is gone; after a crash the latter
 /// may stay, and the next call overwrites it. Two calls for one file must not run side by side.
 ///
 /// @throws MapFileError (kInaccessible) with the system's reason: an unwritable folder, a path that
@@ -31,6 +31,10 @@ void replaceFile(const std::string& file, std::string_view bytes);
 /// As above, for content written by a function.
 /// @param write  Writes the file whose name it gets; its exceptions are passed on.
 void replaceFile(const std::string& file, const std::function<void(const std::string&)>& write);
+
+/// Refuses a folder, a device or a pipe, which may be waited for for ever. Nothing happens if nothing is there.
+/// @throws MapFileError (kInaccessible)
+void requireFile(const std::string& file);
 
 /// Whether replaceFile() could begin, for programs that work long before they write.
 /// @throws MapFileError (kInaccessible) as replaceFile() does. The file stays as it is.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/io/map_store.h"
 
+#include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/native_format.h"
 #include "cuboid_mapping/io/sqlite_database.h"
 #include "cuboid_mapping/io/text.h"
@@ -103,6 +104,8 @@ std::unique_ptr<SqliteDatabase> openForReading(const std::string& file) {
 }  // namespace
 
 bool isSqliteFile(const std::string& file) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error)) return false;  // A pipe would be waited for.
   char bytes[kSqliteMagic.size()] = {};
   std::ifstream in(file, std::ios::binary);
   in.read(bytes, sizeof(bytes));
@@ -110,6 +113,7 @@ bool isSqliteFile(const std::string& file) {
 }
 
 MapStore::MapStore(const std::string& file, StoreAccess access) : file_(file) {
+  requireFile(file);
   const bool is_writer = access == StoreAccess::kWrite;
   database_ =
       is_writer ? std::make_unique<SqliteDatabase>(file, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE)
@@ -337,7 +341,8 @@ MapSnapshot readStore(const MapStore& store, const SnapshotLimits& limits, const
 
 void writeStore(const std::string& file, const MapSnapshot& snapshot,
                 const ProgressListener& listener) {
-  const bool is_new = !std::filesystem::exists(file);
+  std::error_code ignored;  // If the path cannot be read, opening fails, too, and reports it.
+  const bool is_new = !std::filesystem::exists(file, ignored);
   const std::vector<Cell> pages = pagesOf(snapshot.bricks);
   std::uint64_t num_done = 0;
   try {
@@ -346,7 +351,6 @@ void writeStore(const std::string& file, const MapSnapshot& snapshot,
       return bricksIn(snapshot.bricks, page);
     });
   } catch (...) {
-    std::error_code ignored;
     // The file may be the target of a symbolic link, which stays.
     if (is_new) std::filesystem::remove(std::filesystem::canonical(file, ignored), ignored);
     throw;
