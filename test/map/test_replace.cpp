@@ -195,6 +195,15 @@ TEST(ReplaceInCuboidMap, refusesLogOddsThatAreNotFinite) {
   }
 }
 
+/// Bricks of the given boxes take memory only where they are in the replaced one.
+TEST(ReplaceInCuboidMap, takesBoxesOfAnySize) {
+  CuboidMap map;
+  constexpr CellBox kBox{{-3, -3, -3}, {20, 20, 20}};
+  map.replace(kBox, {UniformBox{kAllCells, 1.0F}});
+  EXPECT_EQ(map.bounds(), kBox);
+  EXPECT_EQ(map.voxels().numOccupiedVoxels(), kBox.numVoxels());
+}
+
 TEST(ReplaceInCuboidMap, shrinksTheBoundsWithWhatIsErased) {
   CuboidMap map;
   const CellBox far{{80, 0, -40}, {83, 2, -39}};

@@ -125,10 +125,13 @@ ChangeSet CuboidMap::edit(VoxelStore::PendingChange voxels) {
 }
 
 ChangeSet CuboidMap::replace(const CellBox& box, const std::vector<UniformBox>& boxes) {
+  std::vector<UniformBox> parts;
+  parts.reserve(boxes.size());
   for (const UniformBox& each : boxes) {
     if (!std::isfinite(each.log_odds)) throw std::invalid_argument("log-odds must be finite");
+    parts.push_back({intersect(each.box, box), each.log_odds});
   }
-  return replace(box, toBricks(boxes).bricks);
+  return replace(box, toBricks(parts).bricks);
 }
 
 ChangeSet CuboidMap::setGrownCuboids(const std::vector<Cuboid>& cuboids) {
