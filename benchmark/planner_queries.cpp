@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Measures how long typical queries of planners take on a map of real scans, with one thread.
 #include "command_line.h"
+#include "cuboid_mapping/map/cuboid_search.h"
 #include "cuboid_mapping/query/box_query.h"
 #include "cuboid_mapping/query/corridor_query.h"
 #include "cuboid_mapping/query/cuboid_query.h"

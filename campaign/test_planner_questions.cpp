@@ -4,6 +4,7 @@
 // CUBOID_MAPPING_QUESTIONS sets the number of each kind on each map: 40 by default.
 #include "cuboid_mapping/query/box_query.h"
 #include "cuboid_mapping/query/corridor_query.h"
+#include "cuboid_mapping/query/cuboid_query.h"
 #include "cuboid_mapping/query/fit_query.h"
 #include "cuboid_mapping/query/path_query.h"
 #include "cuboid_mapping/query/ray_query.h"
@@ -52,8 +53,7 @@ testing::AssertionResult wrong(const char* what) { return testing::AssertionFail
 testing::AssertionResult checkBoxQuestion(Room& room) {
   const Eigen::Vector3d from = room.randomPoint(10.0);
   const Eigen::Vector3d size = test::randomPoint(room.random, 2.0).cwiseAbs().array() + 0.05;
-  const auto answer = queryBox(room.map(), MetricBox{from, from + size}, Budget::unlimited(),
-                               CuboidOutput::kClipped);
+  const auto answer = queryBox(room.map(), MetricBox{from, from + size}, Budget::unlimited());
   if (!answer.isFound()) return wrong("no answer");
   double voxels[3] = {0, 0, 0};
   test::visitCells(answer->box, [&](const Cell& cell) {
@@ -69,7 +69,10 @@ testing::AssertionResult checkBoxQuestion(Room& room) {
     return wrong("another volume");
   }
   double covered = 0.0;
-  for (const Cuboid& cuboid : answer->cuboids) {
+  CuboidSelection clipped;
+  clipped.is_clipped = true;
+  const auto cuboids = selectCuboids(room.map(), answer->box, clipped, Budget::unlimited());
+  for (const Cuboid& cuboid : cuboids.value) {
     bool is_of_class = answer->box.contains(cuboid.box);
     test::visitCells(cuboid.box, [&](const Cell& cell) {
       is_of_class = is_of_class && room.map().voxels().at(cell) == cuboid.occupancy;

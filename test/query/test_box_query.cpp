@@ -40,7 +40,6 @@ TEST(BoxQuery, dividesTheVolumeByClass) {
   EXPECT_DOUBLE_EQ(result->free_volume_m3, 2.0);
   EXPECT_DOUBLE_EQ(result->occupied_volume_m3, 1.0);
   EXPECT_DOUBLE_EQ(result->unknown_volume_m3, 3.0);
-  EXPECT_TRUE(result->cuboids.empty()) << "none were asked for";
 }
 
 TEST(BoxQuery, countsEveryVoxelThatTheBoxOverlapsAsAWhole) {
@@ -91,23 +90,6 @@ TEST(BoxQuery, isNothingForABoxThatIsNoBox) {
   EXPECT_FALSE(queryBox(map, row(-kInfinity, kInfinity), Budget::unlimited()).isFound());
 }
 
-TEST(BoxQuery, givesCuboidsWholeOrClipped) {
-  const CuboidMap map = threeVoxels();
-  const Cuboid occupied{CellBox::ofCell({2, 0, 0}), Occupancy::kOccupied};
-  const CellBox box{{1, 0, 0}, {3, 1, 1}};
-  EXPECT_EQ(test::sorted(queryCells(map, box, Budget::unlimited(), CuboidOutput::kWhole)->cuboids),
-            (std::vector<Cuboid>{{{{0, 0, 0}, {2, 1, 1}}, Occupancy::kFree}, occupied}));
-  EXPECT_EQ(
-      test::sorted(queryCells(map, box, Budget::unlimited(), CuboidOutput::kClipped)->cuboids),
-      (std::vector<Cuboid>{{CellBox::ofCell({1, 0, 0}), Occupancy::kFree}, occupied}));
-  EXPECT_EQ(queryCells(map, box, Budget::unlimited(), CuboidOutput::kWhole, CuboidFilter::kOccupied)
-                ->cuboids,
-            (std::vector<Cuboid>{occupied}));
-  EXPECT_EQ(queryCells(map, box, Budget::unlimited(), CuboidOutput::kClipped, CuboidFilter::kFree)
-                ->cuboids,
-            (std::vector<Cuboid>{{CellBox::ofCell({1, 0, 0}), Occupancy::kFree}}));
-}
-
 /// Counts from reading every voxel of a box.
 struct VoxelCounts {
   double num_free = 0.0;
@@ -124,30 +106,14 @@ VoxelCounts countVoxels(const test::VoxelMap& voxels, const CellBox& box) {
   return counts;
 }
 
-/// The expected cuboids of a query, sorted.
-std::vector<Cuboid> expectedCuboids(const std::vector<Cuboid>& all, const CellBox& box,
-                                    CuboidOutput output, CuboidFilter filter) {
-  if (output == CuboidOutput::kNone) return {};
-  std::vector<Cuboid> cuboids = test::findInBox(all, box, filter);
-  if (output == CuboidOutput::kClipped) {
-    for (Cuboid& cuboid : cuboids) cuboid.box = intersect(cuboid.box, box);
-  }
-  return test::sorted(std::move(cuboids));
-}
-
-void checkBox(const ModelledMap& model, const std::vector<Cuboid>& all, const CellBox& box,
-              Random& random) {
-  constexpr CuboidOutput kOutputs[] = {CuboidOutput::kNone, CuboidOutput::kWhole,
-                                       CuboidOutput::kClipped};
-  const CuboidOutput output = kOutputs[random.index(3)];
-  const CuboidFilter filter = test::kFilters[random.index(3)];
+void checkBox(const ModelledMap& model, const CellBox& box, Random& random) {
   // A box in metres that overlaps these voxels, but ends before their faces.
   MetricBox metric = model.map.grid().toMetricBox(box);
   for (int axis = 0; axis < 3; ++axis) {
     metric.min_m[axis] += random.real(0.0, 0.049);
     metric.max_m[axis] -= random.real(0.0, 0.049);
   }
-  const auto result = queryBox(model.map, metric, Budget::unlimited(), output, filter);
+  const auto result = queryBox(model.map, metric, Budget::unlimited());
   ASSERT_TRUE(result.isFound());
   ASSERT_EQ(result->box, box);
   const VoxelCounts counts = countVoxels(model.voxels, box);
@@ -156,7 +122,6 @@ void checkBox(const ModelledMap& model, const std::vector<Cuboid>& all, const Ce
   ASSERT_NEAR(result->occupied_volume_m3, counts.num_occupied * voxel_m3, 1e-9);
   ASSERT_NEAR(result->free_volume_m3 + result->occupied_volume_m3 + result->unknown_volume_m3,
               box.numVoxels() * voxel_m3, 1e-9);
-  ASSERT_EQ(test::sorted(result->cuboids), expectedCuboids(all, box, output, filter));
   ASSERT_EQ(isAnyOccupied(model.map, box), counts.num_occupied > 0.0);
   const bool is_full = counts.num_free == box.numVoxels();
   ASSERT_EQ(result->occupancy(), counts.num_occupied > 0.0
@@ -173,11 +138,10 @@ TEST(BoxQuery, agreesWithALookAtEveryVoxel) {
     config.resolution_m = 0.1;
     config.rtree = {4, 2};
     const ModelledMap model = randomMap(random, config, offset);
-    const std::vector<Cuboid> all = test::allCuboids(model.map);
     const CellBox area{offset - Cell{18, 18, 18}, offset + Cell{17, 17, 17}};
     for (int i = 0; i < 4000; ++i, ++num_cases) {
       const CellBox box = test::randomBox(random, area, i % 2 == 0 ? 3 : 12);
-      checkBox(model, all, box, random);
+      checkBox(model, box, random);
       ASSERT_FALSE(HasFailure()) << box << test::seedNote(num_cases);
       ++num_by_class[static_cast<std::size_t>(
           queryCells(model.map, box, Budget::unlimited())->occupancy())];

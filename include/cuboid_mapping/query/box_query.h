@@ -7,21 +7,12 @@
 //     std::cout << cells.value.free_volume_m3 << " m3 are free\n";
 #pragma once
 
-#include "cuboid_mapping/map/cuboid_search.h"
+#include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/query/answer.h"
 #include "cuboid_mapping/query/budget.h"
 #include "cuboid_mapping/query/unknown_policy.h"
 
-#include <vector>
-
 namespace cuboid_mapping {
-
-/// Which cuboids a box query returns.
-enum class CuboidOutput : unsigned char {
-  kNone,     ///< Only volumes and classes.
-  kWhole,    ///< Every cuboid that shares a voxel with the box, as it is in the map.
-  kClipped,  ///< The parts inside the box.
-};
 
 /// Content of a box.
 struct BoxQueryResult {
@@ -29,33 +20,25 @@ struct BoxQueryResult {
   double free_volume_m3 = 0.0;      ///< Volume of its free voxels.
   double occupied_volume_m3 = 0.0;  ///< Volume of its occupied voxels.
   double unknown_volume_m3 = 0.0;   ///< Volume of all other voxels.
-  std::vector<Cuboid> cuboids;      ///< The cuboids that CuboidOutput asks for, in any order.
 
   /// Occupied if any voxel is; else unknown if any is; else free.
   [[nodiscard]] Occupancy occupancy() const;
 };
 
-/// Volumes by class, and cuboids of a box in metres, map frame. For probabilities see value_query.h.
+/// Volumes by class of a box in metres, map frame. For its cuboids see cuboid_query.h, for probabilities value_query.h.
 ///
 /// Cases:
 ///   - every voxel that the box overlaps counts as a whole: the answer is conservative, and the volumes add up
 ///     to that of `BoxQueryResult::box`;
 ///   - space outside the map is unknown;
 ///   - inverted, flat (max <= min), NaN, or out of the grid's range: kInvalid;
-///   - kBudgetSpent: all voxels of the value count as unknown, or cuboids are missing.
+///   - kBudgetSpent: all voxels of the value count as unknown.
 ///
-/// @param budget  Entries are cuboids.
-/// @complexity O(bricks of the box, or all known bricks if these are fewer); with cuboids as
-/// visitBox(), too.
-/// @param filter  Selects the returned cuboids; the volumes count all voxels.
-Answer<BoxQueryResult> queryBox(const CuboidMap& map, const MetricBox& box_map, Budget& budget,
-                                CuboidOutput output = CuboidOutput::kNone,
-                                CuboidFilter filter = CuboidFilter::kAll);
+/// @complexity O(bricks of the box, or all known bricks if these are fewer).
+Answer<BoxQueryResult> queryBox(const CuboidMap& map, const MetricBox& box_map, Budget& budget);
 
 /// As queryBox(), for a box of voxels; an empty one has no volume.
-Answer<BoxQueryResult> queryCells(const CuboidMap& map, const CellBox& box, Budget& budget,
-                                  CuboidOutput output = CuboidOutput::kNone,
-                                  CuboidFilter filter = CuboidFilter::kAll);
+Answer<BoxQueryResult> queryCells(const CuboidMap& map, const CellBox& box, Budget& budget);
 
 /// Whether a box in metres, map frame, has no obstacle: every voxel that it overlaps is free, or unknown if the
 /// policy is kFree. Stops at the first obstacle.

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/query/box_query.h"
 
+#include "cuboid_mapping/map/cuboid_search.h"
 #include "cuboid_mapping/query/obstacles.h"
-
-#include <utility>
 
 namespace cuboid_mapping {
 namespace {
@@ -18,14 +17,10 @@ Occupancy BoxQueryResult::occupancy() const {
   return unknown_volume_m3 > 0.0 ? Occupancy::kUnknown : Occupancy::kFree;
 }
 
-Answer<BoxQueryResult> queryCells(const CuboidMap& map, const CellBox& box, Budget& budget,
-                                  CuboidOutput output, CuboidFilter filter) {
-  BoxQueryResult result;
-  result.box = box;
-  if (box.isEmpty()) return result;
+Answer<BoxQueryResult> queryCells(const CuboidMap& map, const CellBox& box, Budget& budget) {
   double free_voxels = 0.0;
   double occupied_voxels = 0.0;
-  bool is_complete = budget.spend(map.voxels().maxBricksIn(box));
+  const bool is_complete = budget.spend(map.voxels().maxBricksIn(box));
   if (is_complete) {
     map.voxels().forEachIn(box, [&](const VoxelBrick& brick) {
       const BrickMask part = BrickMask::ofBox(intersect(box, brickBox(brick.brick)));
@@ -33,32 +28,20 @@ Answer<BoxQueryResult> queryCells(const CuboidMap& map, const CellBox& box, Budg
       occupied_voxels += (brick.voxels.occupied() & part).count();
     });
   }
-  if (output != CuboidOutput::kNone) {
-    visitBox(map, box, filter, [&](const Cuboid& cuboid) {
-      is_complete = is_complete && budget.spend() && budget.addEntries();
-      if (!is_complete) return Visit::kStop;
-      const bool is_clipped = output == CuboidOutput::kClipped;
-      result.cuboids.push_back(
-          {is_clipped ? intersect(cuboid.box, box) : cuboid.box, cuboid.occupancy});
-      return Visit::kContinue;
-    });
-  }
   const double voxel_m3 = map.grid().voxelVolume();
-  result.free_volume_m3 = free_voxels * voxel_m3;
-  result.occupied_volume_m3 = occupied_voxels * voxel_m3;
-  result.unknown_volume_m3 = (box.numVoxels() - free_voxels - occupied_voxels) * voxel_m3;
-  if (!is_complete) return {AnswerStatus::kBudgetSpent, std::move(result)};
-  return result;
+  const double unknown_voxels = box.numVoxels() - free_voxels - occupied_voxels;
+  const BoxQueryResult result{box, free_voxels * voxel_m3, occupied_voxels * voxel_m3,
+                              unknown_voxels * voxel_m3};
+  return {is_complete ? AnswerStatus::kFound : AnswerStatus::kBudgetSpent, result};
 }
 
-Answer<BoxQueryResult> queryBox(const CuboidMap& map, const MetricBox& box_map, Budget& budget,
-                                CuboidOutput output, CuboidFilter filter) {
+Answer<BoxQueryResult> queryBox(const CuboidMap& map, const MetricBox& box_map, Budget& budget) {
   const auto box = map.grid().toCellBox(box_map);
   if (!box) {
     return Answer<BoxQueryResult>::invalid(
         "the box must be finite, with min < max, and within the range of the grid");
   }
-  return queryCells(map, *box, budget, output, filter);
+  return queryCells(map, *box, budget);
 }
 
 bool isFree(const CuboidMap& map, const MetricBox& box_map, UnknownPolicy policy, Budget& budget) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/map/guarded_map.h"
 
-#include "cuboid_mapping/query/box_query.h"
+#include "cuboid_mapping/query/cuboid_query.h"
 #include "support/following_copy.h"
 #include "support/random_bricks.h"
 #include "support/snapshots.h"
@@ -53,9 +53,10 @@ ScanUpdate makeTwins(Random& random) {
 /// Cuboids of the first group, and those of its twin moved to its place.
 std::vector<Cuboid> cuboidsOfGroup(const CuboidMap& map, std::int32_t offset) {
   const CellBox group{{offset, 0, 0}, {offset + 32, 32, 32}};
-  std::vector<Cuboid> cuboids = queryCells(map, group, cuboid_mapping::Budget::unlimited(),
-                                           cuboid_mapping::CuboidOutput::kClipped)
-                                    ->cuboids;
+  cuboid_mapping::CuboidSelection clipped;
+  clipped.is_clipped = true;
+  std::vector<Cuboid> cuboids =
+      selectCuboids(map, group, clipped, cuboid_mapping::Budget::unlimited()).value;
   for (Cuboid& cuboid : cuboids) {
     cuboid.box.min.x -= offset;
     cuboid.box.max.x -= offset;
