@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/query/fit_query.h"
 
+#include "cuboid_mapping/query/box_query.h"
 #include "cuboid_mapping/query/fit_field.h"
 #include "cuboid_mapping/query/path_query.h"
 #include "support/dense_obstacles.h"
@@ -206,6 +207,34 @@ TEST(FitQuery, agreesWithALookAtEveryPlace) {
   EXPECT_EQ(num_cases, 10000U);
   EXPECT_GT(num_moved, 2000U);
   EXPECT_GT(num_none, 50U);
+}
+
+/// The nearest place is filled while a search lets others change the map, each time at another moment.
+TEST(FitQuery, holdsInTheMapAsItIsInTheEndWhenOthersChangeIt) {
+  constexpr CellBox kNear{{18, 0, 0}, {21, 3, 3}};
+  constexpr CellBox kFar{{-33, 0, 0}, {-30, 3, 3}};
+  const Eigen::Vector3d size_m(2.0, 2.0, 2.0);
+  int num_changed = 0;
+  for (int change_at = 1;; ++change_at) {
+    CuboidMap map(fitConfig());
+    constexpr CellBox kBlock{{-64, -64, -64}, {64, 64, 64}};
+    map.replace(kAllCells, {{kBlock, 1.0F}, {kNear, -1.0F}, {kFar, -1.0F}});
+    int num_turns = 0;
+    MapUnlock turns;
+    turns.period_s = 0.0;
+    turns.yield = [&] {
+      if (++num_turns == change_at) map.replace(kNear, {{kNear, 1.0F}});
+    };
+    Budget budget(QueryLimits{}, turns);
+    const auto found =
+        findNearestFit(map, {0.5, 0.5, 0.5}, size_m, UnknownPolicy::kObstacle, 40.0, budget);
+    ASSERT_TRUE(found.isFound()) << change_at;
+    const auto box = map.grid().toCellBox(boxAround(found->center_map, size_m));
+    ASSERT_TRUE(box && !isAnyOccupied(map, *box)) << "after a change at turn " << change_at;
+    if (num_turns < change_at) break;
+    ++num_changed;
+  }
+  EXPECT_GT(num_changed, 5);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/query/near_places.h"
 #include "cuboid_mapping/query/path_query.h"
+#include "cuboid_mapping/query/way_search.h"
 
 #include <algorithm>
 #include <cmath>
@@ -24,19 +25,25 @@ Answer<FitPlace> findNearestFit(const CuboidMap& map, const Eigen::Vector3d& poi
         "0 and max_distance >= 0");
   }
   const Obstacles obstacles(map, policy, budget);
-  FitField field(obstacles, *size);
-  CellBox allowed = kAllCells;
-  if (policy == UnknownPolicy::kObstacle) {  // Nothing fits beyond the known voxels.
-    if (!map.bounds()) return AnswerStatus::kNotFound;
-    allowed = field.placesIn(*map.bounds());
-  }
-  const auto found =
-      NearPlaces(field, grid.toCellUnits(point_map), grid.toCellUnits(size_m), allowed)
-          .findNearest(max_distance_m / grid.resolution());
-  if (budget.isSpent()) return AnswerStatus::kBudgetSpent;
-  if (!found) return AnswerStatus::kNotFound;
-  const Eigen::Vector3d center_map = grid.toMetres(found->center);
-  return FitPlace{center_map, (center_map - point_map).norm()};
+  const auto search = [&]() -> Answer<FitPlace> {
+    FitField field(obstacles, *size);
+    CellBox allowed = kAllCells;
+    if (policy == UnknownPolicy::kObstacle) {  // Nothing fits beyond the known voxels.
+      if (!map.bounds()) return AnswerStatus::kNotFound;
+      allowed = field.placesIn(*map.bounds());
+    }
+    const auto found =
+        NearPlaces(field, grid.toCellUnits(point_map), grid.toCellUnits(size_m), allowed)
+            .findNearest(max_distance_m / grid.resolution());
+    if (budget.isSpent()) return AnswerStatus::kBudgetSpent;
+    if (!found) return AnswerStatus::kNotFound;
+    const Eigen::Vector3d center_map = grid.toMetres(found->center);
+    return FitPlace{center_map, (center_map - point_map).norm()};
+  };
+  return searchUntilItHolds(map, budget, search, [&](const FitPlace& place) {
+    const auto box = grid.toCellBox(boxAround(place.center_map, size_m));
+    return box && !Obstacles(map, policy, Budget::unlimited()).isAny(*box);
+  });
 }
 
 }  // namespace cuboid_mapping
