@@ -202,6 +202,27 @@ TEST(CorridorQuery, goesAroundAMapThroughUnknownSpace) {
   EXPECT_EQ(endOf(find(map, task, UnknownPolicy::kFree)), "between");
 }
 
+/// A wall as a planar laser sees it: one layer of voxels, with a gap 20 m from the straight way.
+TEST(CorridorQuery, goesAroundAWallOfOneLayerThroughUnknownSpaceNotOverIt) {
+  CuboidMap map(oneMetre());
+  map.replace(kAllCells, {{{{0, -20, 1}, {1, 20, 2}}, 1.0F}});
+  CorridorTask task;
+  task.start_map = {-5, 0, 1.5};
+  task.goal_map = {6, 0, 1.5};
+  task.size_m = {3, 3, 3};
+  const auto around = find(map, task, UnknownPolicy::kFree);
+  ASSERT_EQ(endOf(around), "found");
+  EXPECT_GT(around->length_m, 40.0);
+  for (const CellBox& box : around->boxes) {
+    EXPECT_EQ(box.min.z, 0);
+    EXPECT_EQ(box.max.z, 3);
+  }
+  task.goal_map.z() = 4.5;  // Between the heights, over it.
+  const auto over = find(map, task, UnknownPolicy::kFree);
+  ASSERT_EQ(endOf(over), "found");
+  EXPECT_LT(over->length_m, 20.0);
+}
+
 /// Two paths from (0, 4) to (60, 4), both 4 m wide: six lanes of 42 m, up and down near the goal; and
 /// a detour, which first leads away from it and is shorter.
 CuboidMap twoWays() {

@@ -34,7 +34,7 @@ struct CorridorTask {
   /// it gets.
   double goal_tolerance_m = 0.0;
   /// Voxels that the robot may not leave; nothing: the bounds of map, start and goal, with room to go around
-  /// them. With UnknownPolicy::kFree, it leaves the heights of start and goal by at most its own height.
+  /// them. With UnknownPolicy::kFree, it stays between the heights of start and goal.
   std::optional<CellBox> region;
 };
 

@@ -324,8 +324,10 @@ Answer<Corridor> findCorridor(const CuboidMap& map, const CorridorTask& task, Un
   }
   const Obstacles obstacles(map, policy, budget);
   const auto search = [&] {
-    const CellBox region = task.region.value_or(
-        regionAround(map, unite(start->box, goal->box), robot->size + Cell{1, 1, 1}, policy));
+    Cell room = robot->size + Cell{1, 1, 1};
+    if (policy == UnknownPolicy::kFree) room.z = 0;
+    const CellBox region =
+        task.region.value_or(regionAround(map, unite(start->box, goal->box), room, policy));
     return CorridorSearch(map, task, *robot, *start, *goal, obstacles, region).run();
   };
   return searchUntilItHolds(map, budget, search, [&](const Corridor& corridor) {

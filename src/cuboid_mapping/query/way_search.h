@@ -10,7 +10,8 @@
 namespace cuboid_mapping {
 
 /// Voxels of a search without a region: the bounds of the map and of its ends, with room to go around them. If unknown
-/// space is free, the ends alone bound the heights: maps end above walls that a robot on the ground does not cross.
+/// space is free, the ends alone bound the heights: maps end above walls that a robot on the ground does not cross, and
+/// a planar laser sees one layer of them.
 [[nodiscard]] inline CellBox regionAround(const CuboidMap& map, const CellBox& ends,
                                           const Cell& room, UnknownPolicy policy) {
   CellBox all = ends;

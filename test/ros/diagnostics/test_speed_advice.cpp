@@ -34,11 +34,16 @@ TEST(SpeedAdvice, IsSilentWhileTheNodeKeepsUp) {
 TEST(SpeedAdvice, AlwaysSuggestsLessThanIsInUse) {
   for (const double resolution_m : {0.02, 0.05, 0.1, 0.2, 0.25, 0.5}) {
     for (const double duration_s : {0.101, 0.2, 1.0, 10.0}) {
-      const auto advice = makeWatch(resolution_m, duration_s, 10.0, 3.0).advice();
-      ASSERT_TRUE(advice);
-      const std::size_t at = advice->find("resolution ");
-      if (at == std::string::npos) continue;
-      EXPECT_GT(std::stod(advice->substr(at + 11)), resolution_m) << *advice;
+      for (const double reach_m : {3.0, 5.0, 30.0}) {
+        const auto advice = makeWatch(resolution_m, duration_s, 10.0, reach_m).advice();
+        ASSERT_TRUE(advice);
+        const auto suggested = [&](const std::string& name, double otherwise) {
+          const std::size_t at = advice->find(name);
+          return at == std::string::npos ? otherwise : std::stod(advice->substr(at + name.size()));
+        };
+        EXPECT_GT(suggested("resolution ", 10.0), resolution_m) << *advice;
+        EXPECT_LT(suggested("max_range ", 0.0), reach_m) << *advice;
+      }
     }
   }
 }

@@ -69,7 +69,8 @@ std::string remedy(double speedup, double resolution_m, double range_m) {
   const double factor = std::cbrt(speedup);
   const auto* resolution = std::lower_bound(kResolutions_m.begin(), kResolutions_m.end(),
                                             std::max(0.95 * factor, 1.01) * resolution_m);
-  const auto* after = std::upper_bound(kRanges_m.begin(), kRanges_m.end(), 1.1 * range_m / factor);
+  const auto* after =
+      std::upper_bound(kRanges_m.begin(), kRanges_m.end(), std::min(1.1 / factor, 0.99) * range_m);
   std::string text;
   if (resolution != kResolutions_m.end()) text = "resolution " + twoDigits(*resolution);
   if (after != kRanges_m.begin()) {

@@ -279,7 +279,7 @@ const char* toAdvice(DropReason reason) {
              "sensor_model/max_range, or send fewer clouds";
     case DropReason::kNoTransform:
       return "check that tf has a path from the cloud's frame to frame_id at the cloud's stamp "
-             "(rosrun tf tf_echo)";
+             "(rosrun tf2_tools echo.py)";
     case DropReason::kEmptyFrame:
       return "header.frame_id is empty: set the frame of the sensor in its driver";
     case DropReason::kWrongUnit:

@@ -184,7 +184,7 @@ std::string explainWay(const CuboidMap& map, const TaskT& task, UnknownPolicy po
                  "there is no way: everything that the robot can reach from the start was "
                  "searched") +
              (policy == UnknownPolicy::kFree && !task.region
-                  ? ", at about the heights of start and goal; use_region allows others"
+                  ? ", at the heights of start and goal; use_region allows others"
                   : "");
   }
 }
