@@ -279,18 +279,33 @@ TEST_F(CloudQueueTest, DropsWhatHasWaitedTooLongAndSaysWhyItHad) {
       << drops_.back().text;
 }
 
-TEST_F(CloudQueueTest, WaitingBeginsAnewWhenTimeJumpsBackOrBegins) {
+TEST_F(CloudQueueTest, ACloudOfTheRunBeforeAJumpBackIsNoFaultOfAClock) {
   put(1, "camera");
-  now_ = ros::Time(100.0);
+  now_ = ros::Time(990.0);
   EXPECT_TRUE(takeAll().empty());
-  now_ = ros::Time(109.0);
+  EXPECT_EQ(numDrops(DropReason::kBeforeTf), 1U);
+  put(2, "camera");  // Its sensor's clock is ahead.
+  now_ = ros::Time(989.5);
+  EXPECT_TRUE(takeAll().empty());
+  EXPECT_EQ(drops_.size(), 1U) << "the time was corrected";
+}
+
+TEST_F(CloudQueueTest, WaitingBeginsAnewWhenTimeJumpsBackOrBegins) {
+  now_ = ros::Time(2000.0);
+  put(1, "camera");  // Of the new run; its /clock comes later.
+  now_ = ros::Time(1000.0);
+  EXPECT_TRUE(takeAll().empty());
+  now_ = ros::Time(1009.0);
   EXPECT_TRUE(takeAll().empty());
   EXPECT_TRUE(drops_.empty());
+  now_ = ros::Time(1011.0);
+  EXPECT_TRUE(takeAll().empty());
+  EXPECT_EQ(drops_.size(), 1U);
   now_ = ros::Time();  // Before the first /clock.
   put(2, "camera");
   now_ = ros::Time(2000.0);
   EXPECT_TRUE(takeAll().empty());
-  EXPECT_TRUE(drops_.empty());
+  EXPECT_EQ(drops_.size(), 1U);
   now_ += ros::Duration(11.0);
   EXPECT_TRUE(takeAll().empty());
   EXPECT_EQ(drops_.size(), 2U);

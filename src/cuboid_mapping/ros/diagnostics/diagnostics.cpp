@@ -291,7 +291,8 @@ const char* toAdvice(DropReason reason) {
              "the clocks of all machines agree; with recorded data set use_sim_time and play bags "
              "with --clock";
     case DropReason::kBeforeTf:
-      return "tf began after them, as when sensors start first; the clouds after them are mapped";
+      return "tf began after them, as when sensors start first, or a recording starts again; the "
+             "clouds after them are mapped";
     case DropReason::kTfGap:
       return "their pose would be a guess: check the publisher of the frame, or raise tf_gap if it "
              "publishes so rarely";

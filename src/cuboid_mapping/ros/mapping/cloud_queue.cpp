@@ -159,8 +159,12 @@ void CloudQueue::search(Entry& entry, const Entry* blocked) {
 std::optional<DropReason> CloudQueue::findReason(Entry& entry) const {
   const PoseSearch& search = entry.search;
   const ros::Time now = callbacks_.now();
+  const double back_s = entry.since.toSec() - now.toSec();
   // The wait starts again after a jump back, or at the first /clock, before which simulated time is 0.
-  if (now < entry.since || entry.since.isZero()) entry.since = now;
+  if (back_s > 0.0 || entry.since.isZero()) entry.since = now;
+  // A cloud of the run before a jump back; those of the new run may arrive before its first /clock.
+  const double ahead_s = entry.header().stamp.toSec() - now.toSec();
+  if (std::min(back_s, ahead_s) > TfReceiver::kMinJump_s) return DropReason::kBeforeTf;
   if (search.hopeless == DropReason::kBeforeTf) {
     const double stamp_s = entry.header().stamp.toSec();
     const double newest_tf_s = stamp_s - search.lead_s.value_or(0.0);
