@@ -73,6 +73,9 @@ TEST(Diagnostics, WarnsOfCloudsDroppedSinceTheLastReport) {
   expectWarning(
       summarize(report, last.statistics),
       {"4 clouds dropped", "short data: 1", "no transform: 3", "check that tf has a path"});
+  report.other_tf_drop = "frame 'laser': nobody publishes 'laser'";
+  expectWarning(summarize(report, last.statistics), {"frame 'laser': nobody publishes 'laser'"});
+  report.other_tf_drop.clear();
   report.statistics = makeReport(6, 5).statistics;
   report.statistics.numDropped(DropReason::kShortData) = 1;
   expectWarning(summarize(report, last.statistics), {"1 cloud dropped (short data: 1)"});

@@ -307,6 +307,13 @@ TEST(SourceReport, SaysWhatIsWrongWithOneSource) {
   const SourceStatistics none;
   EXPECT_EQ(summarize(report, none).level, ReportLevel::kOk);
   EXPECT_EQ(summarize(report, none).message, "3 messages in the map");
+  SourceStatistics before = report.statistics;
+  report.statistics.num_received = 5;
+  EXPECT_EQ(summarize(report, before).level, ReportLevel::kOk);
+  before = report.statistics;
+  EXPECT_EQ(summarize(report, before).message,
+            "2 messages of it wait, and none enters the map: see the log");
+  report.statistics.num_inserted = 4;
   report.silence_s = 7.5;
   EXPECT_EQ(summarize(report, none).message,
             "no laser_scan on /scan for 7 s: check the topic and that the sensor is running");

@@ -81,6 +81,10 @@ struct SourceStatistics {
   std::uint64_t num_dropped = 0;
   std::uint64_t num_empty = 0;  ///< Messages with nothing to map.
   std::string last_drop;        ///< Reason and cure of the last drop; empty: none was dropped.
+
+  [[nodiscard]] std::uint64_t numWaiting() const {
+    return num_received - num_inserted - num_dropped - num_empty;
+  }
 };
 
 /// Counts each message on arrival, and its outcome, so that every lost cloud has a reason. Thread-safe.
@@ -103,8 +107,10 @@ class CloudLedger {
     ros::Time last_arrival;        ///< ... and its arrival.
     Clock::time_point last_received;
     Clock::time_point
-        last_progress;   ///< Time of the last insertion or empty cloud, or of the first cloud.
-    double lag_s = 0.0;  ///< Of the last cloud in the map.
+        last_progress;    ///< Time of the last insertion or empty cloud, or of the first cloud.
+    double lag_s = 0.0;   ///< Of the last cloud in the map.
+    std::string tf_drop;  ///< Why the last cloud without transform was dropped, ...
+    std::size_t tf_drop_source = 0;  ///< ... and its source.
     std::optional<std::string> speed_advice;
   };
 

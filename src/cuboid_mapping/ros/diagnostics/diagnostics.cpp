@@ -75,7 +75,9 @@ std::string describeTf(const NodeReport& report) {
 
 std::string adviseOnDrops(DropReason reason, const NodeReport& report) {
   if (reason == DropReason::kQueueFull && report.speed_advice) return *report.speed_advice;
-  if (reason == DropReason::kNoTransform) return describeTf(report);
+  if (reason == DropReason::kNoTransform) {
+    return report.other_tf_drop.empty() ? describeTf(report) : report.other_tf_drop;
+  }
   if (reason == DropReason::kTooOldForTf) return withClock(toAdvice(reason), report);
   return toAdvice(reason);
 }

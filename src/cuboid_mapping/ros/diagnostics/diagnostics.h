@@ -80,6 +80,7 @@ struct NodeReport {
   std::string other_topics;  ///< See NodeSources::otherTopics(); set only before the first message.
   /// Time from the arrival of the last cloud in the map until it was in the map.
   double lag_s = 0.0;
+  std::string other_tf_drop;       ///< Drop of another source than the last cloud's; empty: none.
   std::string why_waiting;         ///< Reason why the oldest cloud waits for tf; empty: none waits.
   bool is_simulated_time = false;  ///< use_sim_time, as with bags.
   bool is_paused = false;          ///< ~pause: clouds are ignored.

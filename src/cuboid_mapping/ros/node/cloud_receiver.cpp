@@ -123,6 +123,7 @@ void CloudReceiver::report(const CloudLedger::Figures& figures, NodeReport& repo
         ros::Time::now().toSec() - figures.last_arrival.toSec();  // a bag may be paused
   }
   report.why_waiting = queue_.whyWaiting();
+  if (figures.tf_drop_source != figures.last_source) report.other_tf_drop = figures.tf_drop;
   for (std::size_t i = 0; i < figures.sources.size(); ++i) {
     const std::string name = figures.sources.size() == 1 ? "" : nameOf(sources_.at(i));
     if (figures.sources[i].rate_hz) report.rates.push_back({name, *figures.sources[i].rate_hz});
