@@ -186,11 +186,15 @@ void PoseSearch::findPlacesAround(const Eigen::Vector3d& center, double radius_m
                                   std::vector<Cell>& places) const {
   places.clear();
   const double edge_m = body_.grid().resolution();
-  const auto reach = static_cast<std::int32_t>(std::ceil(radius_m / edge_m));
+  constexpr std::int32_t kMost = Grid::kMaxCell;
+  const auto reach = static_cast<std::int32_t>(std::min(std::ceil(radius_m / edge_m), 1.0 * kMost));
   const Cell middle =
       lattice_.findAround(Eigen::Isometry3d(Eigen::Translation3d(center))).front().place;
-  const std::int32_t rise = task_.may_climb ? reach : 0;
-  CellBox around{middle - Cell{reach, reach, rise}, middle + Cell{reach + 2, reach + 2, rise + 1}};
+  CellBox around{middle - Cell{reach, reach, 0}, middle + Cell{reach + 2, reach + 2, 1}};
+  if (task_.may_climb) {  // Start and goal may lie at both ends of the grid.
+    around.min.z = std::max(middle.z, reach - 2 * kMost) - reach;
+    around.max.z = std::min(middle.z, 2 * kMost - reach) + reach + 1;
+  }
   for (const int axis : {0, 1}) {  // z counts planes.
     around.min[axis] = std::max(around.min[axis], known_.min[axis]);
     around.max[axis] = std::min(around.max[axis], known_.max[axis]);
