@@ -110,13 +110,60 @@ TEST(Sources, MayWriteKeysWithASlashAsTheirPageDoes) {
   EXPECT_EQ(sourcesOf(loaded.parameters).at(0).max_range_m, 5.0);
 }
 
+/// The units of the sources, and warnings and errors behind them.
+std::string unitsOf(const XmlRpcValue& group) {
+  const LoadedParameters loaded = readParameters(group);
+  std::string text;
+  for (const auto& source : sourcesOf(loaded.parameters)) {
+    text += std::to_string(lengthUnitOf(source)).substr(0, 5) + ' ';
+  }
+  for (const std::string& warning : textsOf(loaded.warnings)) text += "\n? " + warning;
+  for (const std::string& error : textsOf(loaded.errors)) text += "\n! " + error;
+  return text;
+}
+
 TEST(Sources, SayWhatToWriteForAnOldName) {
-  XmlRpcValue camera = makeSource("camera", "/depth");
-  camera["depth_unit"] = 0.002;
+  XmlRpcValue camera = makeSource("camera", "depth");
+  camera["forget_class"] = "free";
   EXPECT_EQ(textsOf(readParameters(listOf({camera})).errors),
-            std::vector<std::string>{"sources[0]/depth_unit belongs to an earlier version: write "
-                                     "length_unit, in the sources with depth images (source "
-                                     "camera)"});
+            std::vector<std::string>{"sources[0]/forget_class belongs to an earlier version: write "
+                                     "forget: all, occupied or free (source camera)"});
+}
+
+TEST(Sources, TakeTheOldNamesOfTheUnitForTheTypesThatTheseWereFor) {
+  const std::string taken =
+      "depth_unit is 0.002: its name is length_unit now; it is taken for depth images";
+  XmlRpcValue group;
+  group["depth_unit"] = 0.002;
+  EXPECT_EQ(unitsOf(group), "0.000 \n? " + taken) << "the only source has clouds";
+  group["type"] = "depth_image";
+  EXPECT_EQ(unitsOf(group), "0.002 \n? " + taken);
+  group["length_unit"] = 0.002;
+  EXPECT_EQ(unitsOf(group), "0.002 \n? " + taken);
+  group["length_unit"] = 1;
+  EXPECT_EQ(unitsOf(group), "1.000 \n? " + taken +
+                                "\n! depth_unit is 0.002, but length_unit, its new name, is 1.0: "
+                                "remove one of them");
+
+  XmlRpcValue camera = makeSource("camera", "/depth");
+  camera["type"] = "depth_image";
+  XmlRpcValue own = camera;
+  own["name"] = "own";
+  own["depth_unit"] = 0.004;
+  XmlRpcValue named = camera;
+  named["name"] = "named";
+  named["length_unit"] = 0.005;
+  group = listOf({makeSource("lidar", "points"), camera, own, named});
+  group["depth_unit"] = 0.002;
+  const std::string of_own =
+      "\n? sources[2]/depth_unit is 0.004: its name is length_unit now; it is taken for depth "
+      "images (source own)";
+  EXPECT_EQ(unitsOf(group), "0.000 0.002 0.004 0.005 \n? " + taken + of_own);
+  group["type"] = "depth_image";
+  group["sources"][0]["type"] = "point_cloud";
+  EXPECT_EQ(unitsOf(group), "0.000 0.002 0.004 0.005 \n? " + taken + of_own);
+  group["point_unit"] = 0.01;
+  EXPECT_EQ(unitsOf(group).substr(0, 24), "0.010 0.002 0.004 0.005 ");
 }
 
 TEST(Sources, EverythingThatIsWrongWithThemIsSaidAtOnce) {

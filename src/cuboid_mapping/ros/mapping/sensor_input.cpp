@@ -84,7 +84,7 @@ Observed SensorInput::compute(const SensorMessage& cloud, const CloudPoses& pose
   Observed observed;
   CloudFigures& figures = observed.figures;
   CloudOptions options;
-  options.length_unit_m = source_.length_unit_m;
+  options.length_unit_m = lengthUnitOf(source_);
   options.T_cloud_sensor = poses.T_map_cloud.inverse() * poses.T_map_sensor;
   for (const auto& step : steps_) step->setOptions(options);
   auto converted = convert(cloud, options);

@@ -173,8 +173,6 @@ const std::map<std::string, std::string>& retiredParameters() {
        "earlier saves are for tools such as logrotate, or a copy before the start: remove it"},
       {"map_file_optional", kAutosave},
       {"resume", kAutosave},
-      {"depth_unit", "write length_unit, in the sources with depth images"},
-      {"point_unit", "write length_unit, in the sources with clouds or scans"},
       {"forget_class", "write forget: all, occupied or free"},
       {"forget_to", "write forget: seen_once for seen_once, and remove it for unknown"},
       {"observation_excess",

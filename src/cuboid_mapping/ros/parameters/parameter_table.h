@@ -25,6 +25,9 @@ struct ParameterDeclaration {
 /// sources.
 [[nodiscard]] std::vector<ParameterDeclaration> declareSources();
 
+/// Names of length_unit in earlier versions, for some types of sensors. Their help is the warning.
+[[nodiscard]] std::vector<ParameterDeclaration> oldUnits();
+
 /// Parameters of a feature, or of a step of the sensors.
 struct FeatureParameters {
   std::vector<ParameterDeclaration> (*declare)();

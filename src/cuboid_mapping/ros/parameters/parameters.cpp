@@ -133,6 +133,17 @@ void readValues(const XmlRpcValue& group, bool is_source, LoadedParameters& load
   for (const ParameterDeclaration& declaration : parameterTable()) {
     if (!is_source || declaration.kind.is_of_source) readValue(group, declaration, loaded);
   }
+  const double unit_m = loaded.parameters.source.length_unit_m;
+  for (const ParameterDeclaration& old : oldUnits()) {
+    const auto value = findValue(group, old.key);
+    if (!value) continue;
+    readValue(group, old, loaded);
+    loaded.warnings.push_back({old.key, "is " + describe(*value) + ": " + old.help});
+    if (unit_m == 0.0 || numberOf(*value) == unit_m) continue;
+    loaded.errors.push_back({old.key, "is " + describe(*value) +
+                                          ", but length_unit, its new name, is " +
+                                          formatNumber(unit_m) + ": remove one of them"});
+  }
 }
 
 bool isGood(const LoadedParameters& loaded, const std::string& key) {
@@ -169,6 +180,7 @@ struct KnownKeys {
       if (slash != std::string::npos) groups.push_back(declaration.key.substr(0, slash));
       leftovers.insert(leftoverNameOf(declaration.key));
     }
+    for (const ParameterDeclaration& old : oldUnits()) leftovers.insert(old.key);
     for (const auto* names : {&retiredParameters(), &mergedParameters()}) {
       for (const auto& [key, cure] : *names) {
         if (const auto slash = key.find('/'); slash != std::string::npos) {

@@ -60,9 +60,11 @@ struct SourceParameters {
   SourceUse use = SourceUse::kBoth;
   double max_rate_hz = 0.0;    ///< Messages beyond this rate are ignored; 0: no limit.
   bool deskew = false;         ///< Each point has the pose of its own time; else that of the stamp.
-  double length_unit_m = 0.0;  ///< Unit of its messages; 0: see CloudOptions.
-  double time_unit_s = 0.0;    ///< Unit of the times of points; 0: see readPointTimes().
-  std::string sensor_frame;    ///< Frame whose origin is the start of beams; "": the cloud's frame.
+  double length_unit_m = 0.0;  ///< Unit of its messages; 0: see lengthUnitOf().
+  double old_depth_unit_m = 0.0;  ///< The same under an old name, for depth images.
+  double old_point_unit_m = 0.0;  ///< The same under an old name, for other messages.
+  double time_unit_s = 0.0;       ///< Unit of the times of points; 0: see readPointTimes().
+  std::string sensor_frame;  ///< Frame whose origin is the start of beams; "": the cloud's frame.
   double forget_after_s = 0.0;  ///< See Forgetting; 0: never.
   /// Probabilities of the source; the thresholds are those of the map.
   SensorModelConfig sensor_model;
@@ -77,6 +79,9 @@ struct SourceParameters {
   bool filter_ground = false;  ///< Whether points of the ground are no obstacles and free space.
   GroundFilterConfig ground_filter;
 };
+
+/// Unit of the lengths in the messages of a source, in metres; 0: see CloudOptions.
+[[nodiscard]] double lengthUnitOf(const SourceParameters& source);
 
 /// The name of a source in diagnostics and messages.
 [[nodiscard]] inline const std::string& nameOf(const SourceParameters& source) {
