@@ -57,6 +57,16 @@ TEST_P(NodeRecorded, IsReadByMapConvertAndShownWhenItIsPlayedFromAnywhere) {
   }
 }
 
+TEST_P(NodeRecorded, ACloudIsPublishedAtOnceIfTheLastPublicationIsLongAgo) {
+  start({"_publish_rate:=0.01"});
+  const CuboidMapClient client(nh_, kName);
+  ASSERT_TRUE(waitFor([&] { return client.hasMap(); }));
+  drive(0.0, 0.0);
+  EXPECT_TRUE(waitFor([&] {
+    return client.read([](const CuboidMap& seen) { return seen.voxels().size() > 0; });
+  })) << "the next call of the timer is after 100 s";
+}
+
 // A nodelet has the same topics.
 INSTANTIATE_TEST_SUITE_P(AsNode, NodeRecorded, ::testing::Values(false));
 

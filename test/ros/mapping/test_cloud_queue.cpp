@@ -268,7 +268,7 @@ TEST_F(CloudQueueTest, DropsWhatHasWaitedTooLongAndSaysWhyItHad) {
     now_ = ros::Time(1000.0);
     return text;
   };
-  EXPECT_NE(expire_one(std::nullopt).find("tf_echo"), std::string::npos);
+  EXPECT_NE(expire_one(std::nullopt).find("echo.py"), std::string::npos);
   EXPECT_NE(expire_one(12.0).find("tf_wait"), std::string::npos) << "tf comes, but late";
   now_ = ros::Time(900.0);
   put(2, "camera");

@@ -12,11 +12,12 @@ namespace cuboid_mapping_ros {
 
 CloudMapper::CloudMapper(const NodeParameters& parameters, CloudReceiver& receiver,
                          CloudLedger& ledger, GuardedMap& map, NodeFeatures& features,
-                         CallbackGuard& guard)
+                         PublishingThread& publishing, CallbackGuard& guard)
     : receiver_(receiver),
       ledger_(ledger),
       map_(map),
       features_(features),
+      publishing_(publishing),
       guard_(guard),
       inputs_(makeSources(parameters)) {}
 
@@ -85,6 +86,7 @@ void CloudMapper::integrate(const PosedCloud& posed) {
   guard_.run("after a cloud", [&] { ledger_.giveAdvice(receiver_.hasReady()); });
   features_.noteMapped({cloud.source, stamp, poses.T_map_sensor.translation(),
                         source.parameters.sensor_model, *observed.update, mapped});
+  publishing_.noteCloud();
 }
 
 void CloudMapper::drop(std::size_t source, DropReason reason) noexcept {

@@ -9,6 +9,7 @@
 #include "cuboid_mapping/ros/middleware/callback_guard.h"
 #include "cuboid_mapping/ros/node/cloud_receiver.h"
 #include "cuboid_mapping/ros/node/node_features.h"
+#include "cuboid_mapping/ros/node/publishing_thread.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
 
 #include <ros/time.h>
@@ -29,7 +30,8 @@ class CloudMapper {
  public:
   /// All references must outlive this object.
   CloudMapper(const NodeParameters& parameters, CloudReceiver& receiver, CloudLedger& ledger,
-              GuardedMap& map, NodeFeatures& features, CallbackGuard& guard);
+              GuardedMap& map, NodeFeatures& features, PublishingThread& publishing,
+              CallbackGuard& guard);
 
   void start();
   /// Waits for the end of the thread. @pre The receiver has stopped.
@@ -58,6 +60,7 @@ class CloudMapper {
   CloudLedger& ledger_;
   GuardedMap& map_;
   NodeFeatures& features_;
+  PublishingThread& publishing_;
   CallbackGuard& guard_;
   FairMutex work_mutex_;                         ///< Guards inputs_; held while a cloud is in work.
   std::vector<std::unique_ptr<Source>> inputs_;  ///< Of the sources, with the current parameters.

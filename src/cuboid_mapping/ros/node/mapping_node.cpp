@@ -33,7 +33,7 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
                     &is_stopping_},
       host_(makeHost()),
       features_(guard_),
-      mapper_(parameters, receiver_, ledger_, map_, features_, guard_),
+      mapper_(parameters, receiver_, ledger_, map_, features_, publishing_, guard_),
       diagnostics_(nh_, private_nh_, guard_, ledger_, map_,
                    [this](const CloudLedger::Figures& figures, NodeReport& report) {
                      report.frame_id = withoutSlash(parameters_.frame_id);
@@ -89,6 +89,7 @@ MapHost MappingNode::makeHost() {
             if (cloud == nullptr) return mapper_.drop(0, DropReason::kPaused);
             ledger_.noteInserted(0, {}, {});
             features_.noteMapped(*cloud);
+            publishing_.noteCloud();
           }};
 }
 

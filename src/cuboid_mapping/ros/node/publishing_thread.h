@@ -11,7 +11,10 @@
 
 namespace cuboid_mapping_ros {
 
-/// The thread that publishes the map: at a rate, and soon after a change that no cloud has made. Thread-safe.
+/// The thread that publishes the map: after a cloud, at most at a rate, and soon after another change. Thread-safe.
+///
+/// With the last publication a period ago, a cloud is published at once; else a period after it, by a timer. A timer alone
+/// would let each cloud wait for half a period on average, and for a whole one at worst.
 class PublishingThread {
  public:
   /// @param publish  Called in the thread.
@@ -22,10 +25,17 @@ class PublishingThread {
   void stop() { thread_.stop(); }
   void setRate(double rate_hz);
   void publishSoon();
+  /// Publishes a cloud that is in the map.
+  void noteCloud();
 
  private:
+  void publish();
+  [[nodiscard]] ros::WallDuration timerPeriod() const;
+
   std::function<void()> publish_;
   std::atomic<bool> is_due_{false};  ///< publishSoon() has been called.
+  std::atomic<double> period_s_{0.0};
+  std::atomic<double> last_s_{-1e9};  ///< Time of the last publication, see steadySeconds().
   GuardedThread thread_;
   ros::WallTimer timer_;
 };
