@@ -136,8 +136,7 @@ class ExpectedMap {
     return withoutColors(expectedCubes(map_, map_.grid(), MarkerStyle()));
   }
   [[nodiscard]] std::vector<ShownCube> free() const {
-    return withoutColors(
-        expectedCubes(map_, map_.grid(), {CuboidFilter::kFree}));
+    return withoutColors(expectedCubes(map_, map_.grid(), {CuboidFilter::kFree}));
   }
 
  private:

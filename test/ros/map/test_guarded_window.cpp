@@ -88,10 +88,11 @@ TEST_F(GuardedWindow, OthersReadTheMapWhileItIsSaved) {
 TEST_F(GuardedWindow, ASaveDoesNotWaitForALongReader) {
   stayAt(0);
   map_->read([this](const CuboidMap& /*map*/) {
-    auto save = std::async(std::launch::async, [this] { map_->save(); });
-    EXPECT_EQ(save.wait_for(std::chrono::seconds(5)), std::future_status::ready);
-    return save;
-  }).get();
+        auto save = std::async(std::launch::async, [this] { map_->save(); });
+        EXPECT_EQ(save.wait_for(std::chrono::seconds(5)), std::future_status::ready);
+        return save;
+      })
+      .get();
 }
 
 TEST_F(GuardedWindow, OthersReadTheMapWhilePagesAreLoaded) {

@@ -101,6 +101,7 @@ template <typename T>
   kind.is_of_source = field.isOfSource();
   kind.is_name = true;
   std::vector<std::string> names;
+  names.reserve(values.size());
   for (const auto& [name, value] : values) names.push_back(name);
   kind.allowed = joinAlternatives(names);
   kind.set = [field, values](NodeParameters& p, const XmlRpc::XmlRpcValue& given) -> std::string {
