@@ -64,8 +64,8 @@ struct BoxCover {
 ///   - more than max_boxes are needed, because CoverTask::keep_free lies between the voxels, or because a box
 ///     around them has more than 2^22 bricks: kNotFound, with as few boxes as the search has found;
 ///   - max_boxes is 0, the region is empty, or keep_passages_m neither zero nor finite and > 0: kInvalid;
-///   - the budget is spent: kBudgetSpent, with the best cover so far, which may close ways that BoxCover::lost does not name; no boxes
-///     if there is none yet.
+///   - the budget is spent: kBudgetSpent, with the best cover so far, which may close ways that BoxCover::lost does
+///     not name; no boxes if there is none yet.
 ///
 /// @param budget  Entries are boxes.
 /// @complexity About O(n log n) box unions for n joined cuboids, each O(bricks of the union).

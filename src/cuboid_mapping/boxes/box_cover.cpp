@@ -79,8 +79,8 @@ class CoverSearch {
     if (is_worth && !budget_.isSpent()) boxes_ = last;
   }
 
-  /// Looks for boxes that cut a robot off nowhere, or at as few places as possible. Once the budget is spent, the boxes found before
-  /// stay.
+  /// Looks for boxes that cut a robot off nowhere, or at as few places as possible. Once the budget is spent, the
+  /// boxes found before stay.
   void keepPassages(Passages& passages) {
     constexpr int kFewRounds = 3;
     constexpr int kManyRounds = 40;
@@ -94,10 +94,9 @@ class CoverSearch {
 
   [[nodiscard]] const std::vector<CellBox>& boxes() const { return boxes_; }
   [[nodiscard]] const std::vector<LostPassage>& lost() const { return lost_; }
+  /// Counted whole, also when the budget is spent.
   [[nodiscard]] double numAdded() const {
-    VoxelSet cover(Budget::unlimited());
-    for (const CellBox& box : boxes_) cover.add(box);
-    return cover.size() - voxels_.size();
+    return coverOf(boxes_, Budget::unlimited()).size() - voxels_.size();
   }
 
  private:
@@ -152,7 +151,10 @@ class CoverSearch {
   }
 
   [[nodiscard]] VoxelSet coverOf(const std::vector<CellBox>& boxes) const {
-    VoxelSet cover(budget_);
+    return coverOf(boxes, budget_);
+  }
+  [[nodiscard]] static VoxelSet coverOf(const std::vector<CellBox>& boxes, Budget& budget) {
+    VoxelSet cover(budget);
     for (const CellBox& box : boxes) cover.add(box);
     return cover;
   }

@@ -235,9 +235,7 @@ ReportSummary summarize(const NodeReport& report, const NodeStatistics& last_rep
     return {is_wanted ? ReportLevel::kWarning : levelOfFault(report),
             describeDrops(report, last_report)};
   }
-  const bool is_stuck = now.numWaiting() > 0 && last_report.numWaiting() > 0 &&
-                        now.num_inserted == last_report.num_inserted;
-  if (is_stuck) {
+  if (isStuck(now, last_report)) {
     const std::string clouds =
         counted(now.numWaiting(), "cloud") + (now.numWaiting() == 1 ? " waits" : " wait");
     // A cloud may take longer than the time between two reports.

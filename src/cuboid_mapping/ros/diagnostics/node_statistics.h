@@ -115,4 +115,12 @@ struct NodeStatistics : PointCounts {
   }
 };
 
+/// Whether clouds wait, as at the last report, and none has entered the map since.
+/// @tparam StatisticsT  NodeStatistics, or SourceStatistics.
+template <typename StatisticsT>
+[[nodiscard]] bool isStuck(const StatisticsT& now, const StatisticsT& last_report) {
+  return now.numWaiting() > 0 && last_report.numWaiting() > 0 &&
+         now.num_inserted == last_report.num_inserted;
+}
+
 }  // namespace cuboid_mapping_ros

@@ -126,9 +126,7 @@ ReportSummary summarize(const SourceReport& report, const SourceStatistics& last
     return {ReportLevel::kWarning, counted(num_dropped, "message") + " dropped: " + now.last_drop};
   }
   if (!report.wrong_type.empty()) return {ReportLevel::kError, report.wrong_type};
-  const bool is_stuck = now.numWaiting() > 0 && last_report.numWaiting() > 0 &&
-                        now.num_inserted == last_report.num_inserted;
-  if (is_stuck) {
+  if (isStuck(now, last_report)) {
     return {ReportLevel::kWarning, counted(now.numWaiting(), "message") +
                                        " of it wait, and none enters the map: see the log"};
   }
