@@ -47,17 +47,22 @@ Observation makeObservation(const NodeParameters& parameters, int sequence,
   return message;
 }
 
-TEST(RobotMergerTest, PutsTheOthersIntoTheMapWhenOneFails) {
-  ros::CallbackQueue callbacks;
-  CallbackGuard guard;
-  GuardedQueue queue(callbacks, guard, "merger");
-  const ros::NodeHandle nh = withQueue(ros::NodeHandle(), queue);
-  NodeParameters parameters;
-  parameters.fleet.robots = {"/alone"};
-  parameters.fleet.merge_delay_s = 0.5;
-  GuardedMap map(parameters.map);
+/// Callbacks of a merger, called by the test, and its parameters.
+class RobotMergerTest : public ::testing::Test {
+ protected:
+  ros::CallbackQueue callbacks_;
+  CallbackGuard guard_;
+  GuardedQueue queue_{callbacks_, guard_, "merger"};
+  const ros::NodeHandle nh_ = withQueue(ros::NodeHandle(), queue_);
+  NodeParameters parameters_;
+};
+
+TEST_F(RobotMergerTest, PutsTheOthersIntoTheMapWhenOneFails) {
+  parameters_.fleet.robots = {"/alone"};
+  parameters_.fleet.merge_delay_s = 0.5;
+  GuardedMap map(parameters_.map);
   int num_noted = 0;
-  const RobotMerger merger(nh, nh, parameters, map,
+  const RobotMerger merger(nh_, nh_, parameters_, map,
                            {[] { return false; },
                             [&num_noted](const RobotObservation& /*observation*/, bool) {
                               if (++num_noted == 2) throw std::bad_alloc();
@@ -66,28 +71,23 @@ TEST(RobotMergerTest, PutsTheOthersIntoTheMapWhenOneFails) {
       ros::NodeHandle().advertise<Observation>("/alone/observations", 10);
   ASSERT_TRUE(waitFor([&] { return publisher.getNumSubscribers() > 0; }));
   EXPECT_TRUE(waitFor([&] {  // roscpp may lose the first ones; repeated ones are left out.
-    for (int i = 1; i <= 3; ++i) publisher.publish(makeObservation(parameters, i));
-    callbacks.callAvailable();
+    for (int i = 1; i <= 3; ++i) publisher.publish(makeObservation(parameters_, i));
+    callbacks_.callAvailable();
     return num_noted == 3;
   }));
-  EXPECT_EQ(guard.numFailures(), 1U);
+  EXPECT_EQ(guard_.numFailures(), 1U);
   EXPECT_EQ(
       map.read([](const CuboidMap& content, const ros::Time&) { return content.voxels().size(); }),
       3U);
 }
 
-TEST(RobotMergerTest, NamesTheRobotWhoseClockIsBehind) {
-  ros::CallbackQueue callbacks;
-  CallbackGuard guard;
-  GuardedQueue queue(callbacks, guard, "merger");
-  const ros::NodeHandle nh = withQueue(ros::NodeHandle(), queue);
-  NodeParameters parameters;
-  parameters.fleet.robots = {"/punctual", "/behind"};
-  parameters.fleet.merge_delay_s = 0.02;
-  GuardedMap map(parameters.map);
-  RobotMerger merger(nh, nh, parameters, map, {[] { return false; }, [](const auto&, bool) {}});
+TEST_F(RobotMergerTest, NamesTheRobotWhoseClockIsBehind) {
+  parameters_.fleet.robots = {"/punctual", "/behind"};
+  parameters_.fleet.merge_delay_s = 0.02;
+  GuardedMap map(parameters_.map);
+  RobotMerger merger(nh_, nh_, parameters_, map, {[] { return false; }, [](const auto&, bool) {}});
   std::map<std::string, ros::Publisher> publishers;
-  for (const std::string& robot : parameters.fleet.robots) {
+  for (const std::string& robot : parameters_.fleet.robots) {
     publishers[robot] = ros::NodeHandle().advertise<Observation>(robot + "/observations", 10);
     ASSERT_TRUE(waitFor([&] { return publishers[robot].getNumSubscribers() > 0; }));
   }
@@ -95,12 +95,12 @@ TEST(RobotMergerTest, NamesTheRobotWhoseClockIsBehind) {
   int sequence = 1;
   EXPECT_TRUE(waitFor([&] {
     for (const auto& [robot, publisher] : publishers) {
-      Observation message = makeObservation(parameters, sequence, robot);
+      Observation message = makeObservation(parameters_, sequence, robot);
       if (robot == "/behind") message.header.stamp -= ros::Duration(60.0);
       publisher.publish(message);
     }
     ++sequence;
-    callbacks.callAvailable();
+    callbacks_.callAvailable();
     merger.report(status);
     return status.message.find("late") != std::string::npos ||
            status.message.find("older") != std::string::npos;
@@ -155,7 +155,7 @@ TEST(ServiceCallsTest, ACallOfASilentServiceCanBeEnded) {
   EXPECT_EQ(silent.numAsked(), 1);
 }
 
-TEST(RobotMergerTest, ASilentRobotKeepsNobodyFromAskingTheOthers) {
+TEST_F(RobotMergerTest, ASilentRobotKeepsNobodyFromAskingTheOthers) {
   auto silent = std::make_unique<SilentRobots>();
   silent->add("/silent");
   CallbackGuard guard;

@@ -215,18 +215,33 @@ TEST_F(ServiceLimitsTest, RefuseRequestsWithTooManyEntries) {
   expectRefusal(answer<SetBox>(map, boxes), "3 boxes");
 }
 
-TEST_F(ServiceLimitsTest, GiveRefusedAnswersAnElementForEachEntryAndTheHeadOfTheMap) {
-  constexpr std::size_t kNumEntries = 3;
-  const auto expectRefused = [this](const auto& response) {
+/// Answers that are refused because of the frame of the request.
+class RefusedAnswers : public ServiceLimitsTest {
+ protected:
+  static constexpr std::size_t kNumEntries = 3;
+
+  /// The answer to a request about a frame that tf does not have.
+  template <typename ServiceT>
+  typename ServiceT::Response refused(typename ServiceT::Request request) {
+    request.header.frame_id = "nowhere";
+    const auto response = answer<ServiceT>(in_frame_, request);
     expectRefusal(response, "nowhere");
     EXPECT_EQ(response.info.instance, map_.instance());
     EXPECT_EQ(response.info.revision, 1U);
     EXPECT_EQ(response.info.header.frame_id, "map");
-  };
-  CheckBoxes::Request boxes = makeBoxes();
-  boxes.header.frame_id = "nowhere";
-  const auto in_boxes = answer<CheckBoxes>(in_frame_, boxes);
-  expectRefused(in_boxes);
+    return response;
+  }
+  /// To a request about points.
+  template <typename ServiceT>
+  typename ServiceT::Response refusedPoints() {
+    typename ServiceT::Request request;
+    request.points.resize(kNumEntries);
+    return refused<ServiceT>(request);
+  }
+};
+
+TEST_F(RefusedAnswers, HaveAnElementForEachBoxPathPoseOrRayAndTheHeadOfTheMap) {
+  const auto in_boxes = refused<CheckBoxes>(makeBoxes());
   EXPECT_EQ(in_boxes.blocked, std::vector<std::uint8_t>(kNumEntries, 1));
   EXPECT_EQ(in_boxes.occupancy.size(), kNumEntries);
   EXPECT_EQ(in_boxes.free_volume.size(), kNumEntries);
@@ -235,12 +250,10 @@ TEST_F(ServiceLimitsTest, GiveRefusedAnswersAnElementForEachEntryAndTheHeadOfThe
   EXPECT_EQ(in_boxes.max_probability.size(), kNumEntries);
 
   CheckPath::Request path;
-  path.header.frame_id = "nowhere";
   path.waypoints.resize(kNumEntries);
   path.headings.resize(kNumEntries);
   path.lengths.assign(kNumEntries, 1);
-  const auto on_path = answer<CheckPath>(in_frame_, path);
-  expectRefused(on_path);
+  const auto on_path = refused<CheckPath>(path);
   EXPECT_EQ(on_path.free, std::vector<std::uint8_t>(kNumEntries, 0));
   EXPECT_EQ(on_path.segment.size(), kNumEntries);
   EXPECT_EQ(on_path.point.size(), kNumEntries);
@@ -250,55 +263,39 @@ TEST_F(ServiceLimitsTest, GiveRefusedAnswersAnElementForEachEntryAndTheHeadOfThe
   EXPECT_EQ(on_path.orientation.size(), kNumEntries);
 
   CheckPoses::Request poses;
-  poses.header.frame_id = "nowhere";
   poses.poses.resize(kNumEntries);
-  const auto at_poses = answer<CheckPoses>(in_frame_, poses);
-  expectRefused(at_poses);
+  const auto at_poses = refused<CheckPoses>(poses);
   EXPECT_EQ(at_poses.free, std::vector<std::uint8_t>(kNumEntries, 0));
   EXPECT_EQ(at_poses.part.size(), kNumEntries);
   EXPECT_EQ(at_poses.point.size(), kNumEntries);
   EXPECT_EQ(at_poses.occupancy.size(), kNumEntries);
 
   CastRays::Request rays;
-  rays.header.frame_id = "nowhere";
   rays.origins.resize(kNumEntries);
-  const auto along_rays = answer<CastRays>(in_frame_, rays);
-  expectRefused(along_rays);
+  const auto along_rays = refused<CastRays>(rays);
   EXPECT_EQ(along_rays.end, std::vector<std::uint8_t>(kNumEntries, CastRays::Request::END_UNKNOWN));
   EXPECT_EQ(along_rays.distance, std::vector<double>(kNumEntries, 0.0));
   EXPECT_EQ(along_rays.point.size(), kNumEntries);
   EXPECT_EQ(along_rays.first_unknown.size(), kNumEntries);
   EXPECT_EQ(along_rays.unknown_length.size(), kNumEntries);
+}
 
-  FindNearest::Request nearest;
-  nearest.header.frame_id = "nowhere";
-  nearest.points.resize(kNumEntries);
-  const auto near_points = answer<FindNearest>(in_frame_, nearest);
-  expectRefused(near_points);
+TEST_F(RefusedAnswers, HaveAnElementForEachPointAndTheHeadOfTheMap) {
+  const auto near_points = refusedPoints<FindNearest>();
   EXPECT_EQ(near_points.counts, std::vector<std::uint32_t>(kNumEntries, 0))
       << "no cuboids, so the other arrays are empty";
 
-  FindNearestFree::Request places;
-  places.header.frame_id = "nowhere";
-  places.points.resize(kNumEntries);
-  const auto free_places = answer<FindNearestFree>(in_frame_, places);
-  expectRefused(free_places);
+  const auto free_places = refusedPoints<FindNearestFree>();
   EXPECT_EQ(free_places.found, std::vector<std::uint8_t>(kNumEntries, 0));
   EXPECT_EQ(free_places.place.size(), kNumEntries);
   EXPECT_EQ(free_places.distance.size(), kNumEntries);
 
-  GetDistances::Request distances;
-  distances.header.frame_id = "nowhere";
-  distances.points.resize(kNumEntries);
-  const auto at_points = answer<GetDistances>(in_frame_, distances);
-  expectRefused(at_points);
+  const auto at_points = refusedPoints<GetDistances>();
   EXPECT_EQ(at_points.distance, std::vector<double>(kNumEntries, 0.0));
   EXPECT_EQ(at_points.gradient.size(), kNumEntries);
-
-  FindCorridor::Request corridor;
-  corridor.header.frame_id = "nowhere";
-  expectRefused(answer<FindCorridor>(in_frame_, corridor));
 }
+
+TEST_F(RefusedAnswers, HaveTheHeadOfTheMapWithoutEntriesToo) { (void)refused<FindCorridor>({}); }
 
 TEST_F(ServiceLimitsTest, BoundTheBytesOfAnAnswerToo) {
   ServiceLimits limits;
