@@ -65,8 +65,7 @@ py::object checkBody(MapAccess& access, const Doubles& pose_array, const Doubles
     require(fault.empty(), fault);
     const auto results = checkPoses(map, body, poses, policy, Budget::unlimited());
     for (std::size_t i = 0; i < results.size(); ++i) {
-      const auto& contact = results[i];
-      requireValid(contact, element("poses", i));
+      const auto contact = valid(results[i], element("poses", i));
       free[i] = static_cast<std::uint8_t>(contact.isNotFound());
       if (contact.isFound()) part[i] = static_cast<std::int64_t>(contact->part);
       append(points,
@@ -84,9 +83,8 @@ py::object checkBodyMotion(MapAccess& access, const Doubles& pose_array, const D
   const std::vector<Eigen::Isometry3d> poses = toPoses(pose_array, "poses");
   const Body body = toBody(spheres, boxes, box_poses);
   const auto motion = access.read([&](const CuboidMap& map) {
-    return checkMotion(map, body, poses, policy, Budget::unlimited());
+    return valid(checkMotion(map, body, poses, policy, Budget::unlimited()), "motion");
   });
-  require(motion.fault.empty(), motion.fault);
   const bool is_met = motion.isFound();
   const MotionContact& contact = motion.value;
   const double length_m = lengthOf(poses);
@@ -103,10 +101,9 @@ py::object checkBodyMotion(MapAccess& access, const Doubles& pose_array, const D
 py::object searchPosePath(MapAccess& access, const PosePathTask& task, UnknownPolicy policy,
                           double time_limit_s) {
   const auto answer = access.read([&](const CuboidMap& map) {
-    Budget budget(QueryLimits{time_limit_s});
-    return findPosePath(map, task, policy, budget);
+    Budget budget = toBudget(time_limit_s);
+    return valid(findPosePath(map, task, policy, budget), "path");
   });
-  require(answer.fault.empty(), answer.fault);
   const PosePath& path = answer.value;
   std::vector<double> poses;
   for (const Eigen::Isometry3d& pose : path.T_map_body) append(poses, pose);

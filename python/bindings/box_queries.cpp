@@ -51,9 +51,9 @@ py::object cover(MapAccess& access, long max_boxes, const py::object& region,
   if (!previous.is_none()) {
     task.previous = toCellBoxes(access.grid(), previous.cast<Doubles>(), "previous");
   }
-  const auto answer = access.read(
-      [&](const CuboidMap& map) { return coverOccupied(map, task, Budget::unlimited()); });
-  requireValid(answer, "cover_occupied");
+  const auto answer = access.read([&](const CuboidMap& map) {
+    return valid(coverOccupied(map, task, Budget::unlimited()), "cover_occupied");
+  });
   const BoxCover& found = answer.value;
   if (answer.isNotFound()) {
     throw Error("max_boxes is " + std::to_string(max_boxes) +
@@ -69,8 +69,9 @@ py::object findFree(MapAccess& access, long max_boxes, const py::object& region,
   task.max_boxes = toMaxBoxes(max_boxes);
   task.region = toRegion(access, region);
   task.may_overlap = overlap;
-  const FreeBoxes found = access.read(
-      [&](const CuboidMap& map) { return findFreeBoxes(map, task, Budget::unlimited()).value; });
+  const FreeBoxes found = access.read([&](const CuboidMap& map) {
+    return valid(findFreeBoxes(map, task, Budget::unlimited()), "free_boxes").value;
+  });
   return makeResult("FreeBoxes", toMetres(access, found.boxes), found.covered_volume_m3,
                     found.missing_volume_m3);
 }
@@ -83,9 +84,9 @@ py::object frontiers(MapAccess& access, const Doubles& size, const py::object& r
   task.size_m = toVector(size, "size");
   task.max_distance_m = max_distance_m;
   task.view_range_m = view_range_m;
-  const auto found = access.read(
-      [&](const CuboidMap& map) { return findFrontiers(map, task, Budget::unlimited()); });
-  requireValid(found, "frontiers");
+  const auto found = access.read([&](const CuboidMap& map) {
+    return valid(findFrontiers(map, task, Budget::unlimited()), "frontiers");
+  });
   const Grid grid = access.grid();
   std::vector<double> centers;
   std::vector<double> places;

@@ -143,14 +143,14 @@ void bindPoints(MapClass& map) {
   map.def("classify", classify, "points"_a, R"(Class of the voxel that holds each point.
 
 points: (n, 3), metres, map frame.
-Returns (n,) uint8 of Occupancy; UNKNOWN outside the map, too. A point on a face between two voxels
-belongs to the one with the greater coordinates. O(1) for each point.)");
+Returns (n,) uint8 of Occupancy; UNKNOWN outside the map, and for points that are not finite. A point on a face
+between two voxels belongs to the one with the greater coordinates. O(1) for each point.)");
   map.def("log_odds", findLogOdds, "points"_a,
           R"(Log-odds of the voxel that holds each point; >= 0 is occupied.
 
 points: (n, 3), metres, map frame.
-Returns (n,) float32; NaN for unknown voxels. A MapFollower whose messages carry no values (publish_values) has those of
-the clamping thresholds. O(1) for each point.)");
+Returns (n,) float32; NaN for unknown voxels, and for points that are not finite. A MapFollower whose messages carry
+no values (publish_values) has those of the clamping thresholds. O(1) for each point.)");
 }
 
 void bindBoxes(MapClass& map) {

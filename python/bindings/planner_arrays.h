@@ -5,6 +5,7 @@
 #include "arrays.h"
 #include "cuboid_mapping/geometry/grid.h"
 #include "cuboid_mapping/query/answer.h"
+#include "cuboid_mapping/query/budget.h"
 
 #include <Eigen/Core>
 
@@ -25,10 +26,17 @@ inline std::string element(const char* name, std::size_t index) {
   return std::string(name) + "[" + std::to_string(index) + "]";
 }
 
-/// @throws Error  with the fault of an invalid question.
+/// An answer whose question was right. @throws Error  with the fault of an invalid question.
 template <typename T>
-void requireValid(const cuboid_mapping::Answer<T>& answer, const std::string& name) {
+cuboid_mapping::Answer<T> valid(cuboid_mapping::Answer<T> answer, const std::string& name) {
   if (!answer.fault.empty()) throw Error(name + ": " + answer.fault);
+  return answer;
+}
+
+/// @throws Error  unless the limit is >= 0; infinity is none.
+inline cuboid_mapping::Budget toBudget(double time_limit_s) {
+  if (!(time_limit_s >= 0.0)) throw Error("time_limit must be >= 0, in seconds");
+  return cuboid_mapping::Budget(cuboid_mapping::QueryLimits{time_limit_s});
 }
 
 /// cuboid_map.results.CorridorEnd of a search for a way, with the numbers of the service find_corridor.

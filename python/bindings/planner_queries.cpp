@@ -56,8 +56,8 @@ py::object castRays(MapAccess& access, const Doubles& origin_array, const Double
   access.read([&](const CuboidMap& map) {
     for (std::size_t i = 0; i < origins.size(); ++i) {
       const auto ray =
-          castRay(map, origins[i], directions[i], max_range_m, policy, Budget::unlimited());
-      requireValid(ray, element("origins", i) + ", " + element("directions", i));
+          valid(castRay(map, origins[i], directions[i], max_range_m, policy, Budget::unlimited()),
+                element("origins", i) + ", " + element("directions", i));
       end[i] = toNumber(ray->end);
       distance[i] = ray->distance_m;
       append(points, ray->point_map);
@@ -97,8 +97,8 @@ py::object checkPaths(MapAccess& access, const Doubles& array, const Doubles& si
   std::vector<double> points;
   access.read([&](const CuboidMap& map) {
     for (std::size_t i = 0; i < paths.size(); ++i) {
-      const auto path = checkPath(map, paths[i], size, policy, Budget::unlimited());
-      requireValid(path, element("paths", i));
+      const auto path =
+          valid(checkPath(map, paths[i], size, policy, Budget::unlimited()), element("paths", i));
       free[i] = static_cast<std::uint8_t>(path.isNotFound());
       length[i] = lengthOf(paths[i]);
       free_length[i] = path.isFound() ? path->distance_m : length[i];
@@ -125,7 +125,8 @@ py::object findNearestCuboids(MapAccess& access, const Doubles& array, std::size
     for (std::size_t i = 0; i < points.size(); ++i) {
       std::size_t at = i * k;
       const auto nearest =
-          findNearest(map, points[i], k, filter, Budget::unlimited(), max_distance_m);
+          valid(findNearest(map, points[i], k, filter, Budget::unlimited(), max_distance_m),
+                element("points", i));
       for (const NearestCuboid& near : nearest.value) {
         const MetricBox box = map.grid().toMetricBox(near.cuboid.box);
         distance[at] = near.distance_m;
@@ -154,9 +155,10 @@ py::array_t<double> findNearestFree(MapAccess& access, const Doubles& array,
           "max_distance must be finite and >= 0");
   std::vector<double> places;
   access.read([&](const CuboidMap& map) {
-    for (const Eigen::Vector3d& point : points) {
+    for (std::size_t i = 0; i < points.size(); ++i) {
       const auto place =
-          findNearestFit(map, point, size, policy, max_distance_m, Budget::unlimited());
+          valid(findNearestFit(map, points[i], size, policy, max_distance_m, Budget::unlimited()),
+                element("points", i));
       append(places, place.isFound() ? place->center_map : kNowhere);
     }
   });
@@ -169,11 +171,10 @@ py::object searchCorridor(MapAccess& access, const CorridorTask& task, UnknownPo
   const Corridor& corridor = answer.value;
   std::vector<double> boxes;
   access.read([&](const CuboidMap& map) {
-    Budget budget(QueryLimits{time_limit_s});
-    answer = findCorridor(map, task, policy, budget);
+    Budget budget = toBudget(time_limit_s);
+    answer = valid(findCorridor(map, task, policy, budget), "corridor");
     for (const CellBox& box : corridor.boxes) append(boxes, map.grid().toMetricBox(box));
   });
-  requireValid(answer, "corridor");
   std::vector<double> portals;
   for (const Eigen::Vector3d& point : corridor.portals_map) append(portals, point);
   std::vector<double> path;
