@@ -115,7 +115,9 @@ py::object findNearestCuboids(MapAccess& access, const Doubles& array, std::size
                               const std::string& classes, double max_distance_m) {
   const CuboidFilter filter = toFilter(classes);
   const std::vector<Eigen::Vector3d> points = toPoints(array, "points");
-  require(k > 0 && max_distance_m >= 0.0, "k must be > 0, and max_distance >= 0");
+  // So few that the number of rows times columns does not overflow.
+  require(k > 0 && k <= 1000000000 && max_distance_m >= 0.0,
+          "k must be 1 to 1e9, and max_distance >= 0");
   const std::size_t count = points.size() * k;
   std::vector<double> distance(count, kInfinity);
   std::vector<double> closest(3 * count, NAN);

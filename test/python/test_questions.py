@@ -210,9 +210,9 @@ def test_the_nearest_cuboids_and_places_are_found(room):
     assert np.isinf(room.nearest([(1, 0.5, 0.5)], max_distance=0.9).distance).all()
     places = room.nearest_free([(2, 0.5, 0.5), (1, 1, 0.5), (20, 0, 0)], (0.5, 0.5, 0.5), 2)
     np.testing.assert_allclose(places, [(1.75, 0.5, 0.5), (1, 1, 0.5), (np.nan,) * 3])
-    for wrong in (dict(k=0), dict(max_distance=-1), dict(classes='any')):
+    for wrong in (dict(k=0), dict(k=2**63), dict(max_distance=-1), dict(classes='any')):
         with pytest.raises(ValueError):
-            room.nearest([(0, 0, 0)], **wrong)
+            room.nearest([(0, 0, 0)] * 2, **wrong)
     with pytest.raises(ValueError, match='max_distance'):
         room.nearest_free([(0, 0, 0)], (1, 1, 1), np.inf)
 
