@@ -84,7 +84,8 @@ TEST(ColumnWalk, givesTheUpdateOfTheWalkForImagesOfARoom) {
       // On voxel borders, a little off them, and anywhere.
       for (const Eigen::Vector3f& origin :
            {Eigen::Vector3f(0.0F, 0.0F, 1.0F), Eigen::Vector3f(0.1F, 1e-7F, 1.000001F),
-            Eigen::Vector3f(0.123F, -0.456F, 1.0789F)}) {
+            Eigen::Vector3f(0.123F, -0.456F, 0.3F), Eigen::Vector3f(0.3F, -0.456F, 1.0789F),
+            Eigen::Vector3f(0.3F, -0.6F, 1.2F), Eigen::Vector3f(0.123F, -0.456F, 1.0789F)}) {
         for (const bool keep_surfaces : {false, true}) {
           num_slabs += checkScans({roomCloud(origin, yaw, 240, 180)}, resolution_m,
                                   {yaw > 0.5F ? 2.5 : kUncut, 0.0, keep_surfaces}, 2);
@@ -104,6 +105,12 @@ TEST(ColumnWalk, takesNoCloudOfFewBeamsOrWithAnEndMarginAndEveryDenseImage) {
   EXPECT_GT(updater.numColumnSlabs(), 0U);
   (void)updater.compute(roomCloud(origin, 0.3F, 32, 24));
   EXPECT_EQ(updater.numColumnSlabs(), 0U);
+  for (const Eigen::Vector3f& on_border :
+       {Eigen::Vector3f(0.123F, -0.456F, 0.3F), Eigen::Vector3f(0.3F, -0.456F, 1.0789F),
+        Eigen::Vector3f(0.3F, -0.6F, 1.2F)}) {
+    (void)updater.compute(roomCloud(on_border, 0.3F, 640, 480));
+    EXPECT_GT(updater.numColumnSlabs(), 0U);
+  }
   ScanUpdater keeping_surfaces(grid, BeamRanges{kUncut, 0.0, true});
   (void)keeping_surfaces.compute(roomCloud(origin, 0.3F, 640, 480));
   EXPECT_GT(keeping_surfaces.numColumnSlabs(), 0U);

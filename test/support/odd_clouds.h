@@ -50,7 +50,7 @@ inline Scan oddCloud(Random& random, double resolution_m) {
   if (random.chance(0.1)) scan.anchor_map.setConstant(random.chance(0.5) ? 1e6 : -1024.0);
   for (int axis = 0; axis < 3; ++axis) {
     const double origin_m = random.real(-3.0, 3.0);
-    const bool is_on_border = random.chance(0.15);
+    const bool is_on_border = random.chance(0.25);
     scan.origin[axis] = static_cast<float>(
         is_on_border ? std::round(origin_m / resolution_m) * resolution_m : origin_m);
   }

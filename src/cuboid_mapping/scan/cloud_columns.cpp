@@ -44,16 +44,15 @@ struct Sample {
   float depth;
 };
 
-/// Whether the origin is so near a border that ColumnWalk leaves many beams to walkRay(): all beams are near that
-/// border at plane 0, and rounding decides which voxels there they pass. The walk of each is faster then.
-bool isOnBorder(const RayOrigin& origin) {
-  const double margin_m = acrossMargin(0.0) * origin.grid().resolution();
+/// Whether the origin lies on an edge of voxels without any rounding: the beams' first steps are ties there, which
+/// ColumnWalk leaves to walkRay(). The walk of each is faster then.
+bool isOnEdge(const RayOrigin& origin) {
+  int num_borders = 0;
   for (int axis = 0; axis < 3; ++axis) {
-    for (const bool is_up : {false, true}) {
-      if (std::abs(origin.toBorder(axis, is_up)) < margin_m) return true;
-    }
+    num_borders +=
+        (origin.toBorder(axis, false) >= 0.0 || origin.toBorder(axis, true) <= 0.0) ? 1 : 0;
   }
-  return false;
+  return num_borders > 1;
 }
 
 /// Whether ColumnWalk is expected to be clearly cheaper for a scan than the walk of each beam, from the density
@@ -109,7 +108,7 @@ bool ScanUpdater::usesColumns(const Scan& scan, const float* margins) const {
   const RayOrigin origin(grid_, scan.anchor_map, scan.origin);
   if (!isWithinKeyRange(origin)) return false;
   if (column_use_ == ColumnUse::kAlways) return true;
-  if (scan.points.size() + scan.no_returns.size() < kMinDenseBeams || isOnBorder(origin))
+  if (scan.points.size() + scan.no_returns.size() < kMinDenseBeams || isOnEdge(origin))
     return false;
   return areDense(scan, margins, origin, ranges_.max_range_m);
 }

@@ -44,10 +44,16 @@ CloudFaces::CloudFaces(const RayOrigin& origin, const Cell& base, double max_ran
     face.axis = static_cast<int>(i / 2);
     face.is_down = i % 2 != 0;
     face.across = {face.axis == 0 ? 1 : 0, face.axis == 2 ? 1 : 2};
-    face.first_depth = std::abs(origin.toBorder(face.axis, !face.is_down)) * inverse_m;
+    // Rounding may put a border at the origin on the wrong side of it.
+    const auto to_border = [&](int axis, bool is_up) {
+      return std::max((is_up ? 1.0 : -1.0) * origin.toBorder(axis, is_up), 0.0) * inverse_m;
+    };
+    face.first_depth = to_border(face.axis, !face.is_down);
     for (std::size_t j = 0; j < 2; ++j) {
       const int axis = face.across[j];
-      face.origin[j] = (start_[axis] & 7) - origin.toBorder(axis, false) * inverse_m;
+      face.column[j] = start_[axis] & 7;
+      face.to_borders[j] = {-to_border(axis, false), to_border(axis, true)};
+      face.origin[j] = face.column[j] - face.to_borders[j][0];
     }
   }
 }

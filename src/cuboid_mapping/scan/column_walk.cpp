@@ -11,7 +11,7 @@ namespace {
 /// Nodes across a tile, and at most two more, are bits of a word.
 constexpr double kNodesOfTile = 60.0;
 /// Keeps quotients finite where the origin lies on plane 0.
-constexpr double kLeastDepth = 1e-9;
+constexpr double kLeastDepth = 1e-13;
 
 /// The bits from one to another, as far as a word has them.
 std::uint64_t bitsOf(int first, int last) {
@@ -70,16 +70,16 @@ void ColumnWalk::findColumns(int plane, PlaneColumns& crossed) {
 
 std::vector<ColumnWalk::Span> ColumnWalk::spansAt(double depth, int first_tile, int num_tiles,
                                                   std::size_t across) const {
-  const double margin = acrossMargin(depth);
-  const double origin = face_.origin[across];
+  const double margin = walkMargin(depth);
   std::vector<Span> spans(static_cast<std::size_t>(8 * num_tiles));
-  double border = 8.0 * first_tile - origin;
+  int column = 8 * first_tile;
   for (Span& span : spans) {
-    span.first = beams_.firstBin((border - margin) / depth, across);
-    span.last = beams_.lastBin((border + 1.0 + margin) / depth, across);
-    span.first_whole = beams_.firstWholeBin((border + margin) / depth, across);
-    span.last_whole = beams_.lastWholeBin((border + 1.0 - margin) / depth, across);
-    border += 1.0;
+    const double low = face_.toBorder(across, column);
+    const double high = face_.toBorder(across, ++column);
+    span.first = beams_.firstBin((low - margin) / depth, across);
+    span.last = beams_.lastBin((high + margin) / depth, across);
+    span.first_whole = beams_.firstWholeBin((low + margin) / depth, across);
+    span.last_whole = beams_.lastWholeBin((high - margin) / depth, across);
   }
   return spans;
 }
@@ -139,14 +139,16 @@ std::uint64_t ColumnWalk::findInTile(int plane, int level, const Span* columns, 
 bool ColumnWalk::isCrossed(int plane, const TileNodes& nodes, const Span& column_span,
                            const Span& row_span, const std::array<int, 2>& column) {
   const double depth = face_.depthOf(plane);
-  const double margin = acrossMargin(depth);
+  const double margin = walkMargin(depth);
+  const double low[] = {face_.toBorder(0, column[0]), face_.toBorder(1, column[1])};
+  const double high[] = {face_.toBorder(0, column[0] + 1), face_.toBorder(1, column[1] + 1)};
   unsure_.clear();
   auto is_in_column = [&](const FaceBeam& beam) {
     bool is_inside = true;
     for (std::size_t i = 0; i < 2; ++i) {
-      const double place = face_.origin[i] + beam.slopes[i] * depth - column[i];
-      if (place < -margin || place > 1.0 + margin) return false;
-      is_inside &= place >= margin && place <= 1.0 - margin;
+      const double place = beam.slopes[i] * depth;
+      if (place < low[i] - margin || place > high[i] + margin) return false;
+      is_inside &= place >= low[i] + margin && place <= high[i] - margin;
     }
     if (!is_inside) unsure_.push_back(beam.end);
     return is_inside;
@@ -217,34 +219,37 @@ void ColumnWalk::markCorners(int plane, const PlaneColumns& entered, const Plane
 }
 
 void ColumnWalk::markCorner(const Corner& corner, bool needs_right, bool needs_up) {
-  const double near = face_.depthOf(corner.plane - 1);
-  const double far = face_.depthOf(corner.plane);
-  const double margin = acrossMargin(far);
+  const double near = std::max(face_.depthOf(corner.plane - 1), kLeastDepth);
+  const double far = std::max(face_.depthOf(corner.plane), kLeastDepth);
+  const double near_margin = walkMargin(near);
+  const double margin = walkMargin(far);
   FaceBeams::Bins bins{};
   double borders[2];
   for (std::size_t i = 0; i < 2; ++i) {
-    borders[i] = corner.column[i] + (corner.step[i] > 0 ? 1 : 0) - face_.origin[i];
+    borders[i] = face_.toBorder(i, corner.column[i] + (corner.step[i] > 0 ? 1 : 0));
     if (borders[i] * corner.step[i] < -margin) return;
-    const double at_near = borders[i] / std::max(near, kLeastDepth);
-    const double at_far = borders[i] / std::max(far, kLeastDepth);
-    const double spread = margin / std::max(near, kLeastDepth);
-    bins.first[i] = beams_.firstBin(std::min(at_near, at_far) - spread, i);
-    bins.last[i] = beams_.lastBin(std::max(at_near, at_far) + spread, i);
+    const double at_far = borders[i] / far;
+    // Any slope that way crosses it behind the origin.
+    const double at_near = corner.plane == 0 ? 2.0 * corner.step[i] : borders[i] / near;
+    const double far_spread = margin / far;
+    const double near_spread = near_margin / near;
+    bins.first[i] = beams_.firstBin(std::min(at_near - near_spread, at_far - far_spread), i);
+    bins.last[i] = beams_.lastBin(std::max(at_near + near_spread, at_far + far_spread), i);
   }
   unsure_.clear();
   const auto crosses = [&](const FaceBeam& beam) {
     bool is_unsure = false;
     for (std::size_t i = 0; i < 2; ++i) {
-      // Steps past the border at both planes: it crosses it between them.
+      // Steps past the border at both planes: it crosses it between them. All beams begin before it.
       const double before = (beam.slopes[i] * near - borders[i]) * corner.step[i];
       const double behind = (beam.slopes[i] * far - borders[i]) * corner.step[i];
-      if (before > margin || behind < -margin) return false;
-      is_unsure |= before > -margin || behind < margin;
+      if ((before > near_margin && corner.plane > 0) || behind < -margin) return false;
+      is_unsure |= (before > -near_margin && corner.plane > 0) || behind < margin;
     }
     const double right_way = std::abs(borders[0] * beam.slopes[1]);
     const double up_way = std::abs(borders[1] * beam.slopes[0]);
     const double lead = up_way - right_way;  // Positive if the beam crosses to the right first.
-    is_unsure |= std::abs(lead) <= margin * (std::abs(beam.slopes[0]) + std::abs(beam.slopes[1]));
+    is_unsure |= std::abs(lead) <= walkMargin(right_way + up_way);
     if (is_unsure) {
       unsure_.push_back(beam.end);
     } else if (lead > 0.0 && needs_right) {

@@ -20,7 +20,7 @@ namespace cuboid_mapping {
 ///   - If it crosses two, from column (i, j) to (i + 1, j + 1), it passes one of the two columns between as
 ///     well. Where one of the two is not marked yet, and columns (i, j) at plane k - 1 and (i + 1, j + 1) at
 ///     plane k are, the beams near that corner are looked at one by one.
-///   - A column counts as crossed only if a beam crosses it further than acrossMargin() from its borders, or all
+///   - A column counts as crossed only if a beam crosses it further than walkMargin() from its borders, or all
 ///     beams of a bin do: then walkRay() takes that beam through it, whatever the rounding. If there is only a
 ///     beam nearer to a border, or one whose order of two borders is that close, walkRay() takes this beam. Its
 ///     columns are marked by itself, so that it need not be known which they are.
@@ -28,7 +28,9 @@ namespace cuboid_mapping {
 ///     in a slab. One with a slope of 1 may cross one just at a plane, which is near a border.
 ///   - What a beam passes in its last slab is up to CloudFaces, which puts no beam that ends near a border into a
 ///     face.
-///   - An origin on a border is near it at plane 0, or in slab 0. Neither matters farther out.
+///   - At plane -1 all beams are in the origin's column, whatever their slopes. Borders next to the origin are taken
+///     as walkRay() has them, so that the error of a place grows from there with the depth. So a beam from an origin
+///     on a border leaves it in slab 0 for certain, unless it runs along it.
 class ColumnWalk {
  public:
   /// Walks beam `end` as walkRay() does, up to slab `last_slab` at least.

@@ -32,9 +32,17 @@ struct Face {
   bool is_down = false;            ///< Whether the beams go down the axis.
   double first_depth = 0.0;        ///< Depth of plane 0.
   std::array<double, 2> origin{};  ///< Place of the origin among the columns: 0 to 8.
+  std::array<int, 2> column{};     ///< The origin's.
+  /// From the origin to the borders of its column, down and up: where walkRay() has these, see RayOrigin::toBorder().
+  std::array<std::array<double, 2>, 2> to_borders{};
 
   /// @param plane  -1 for the origin.
   [[nodiscard]] double depthOf(int plane) const { return plane < 0 ? 0.0 : first_depth + plane; }
+  /// From the origin to the lower border of a column, on an axis across.
+  [[nodiscard]] double toBorder(std::size_t i, int of) const {
+    return of > column[i] ? to_borders[i][1] + (of - column[i] - 1)
+                          : to_borders[i][0] + (of - column[i]);
+  }
 };
 
 /// Greatest distance across between the place of a beam as computed from its slopes, and as walkRay() has it.
@@ -46,6 +54,8 @@ template <typename NumberT>
 [[nodiscard]] constexpr NumberT acrossMargin(NumberT depth) {
   return (depth + 8) * (NumberT{1} / (1 << 19));
 }
+/// The same in doubles, and from Face::toBorder(): the constant is the rounding of borders next to the origin.
+[[nodiscard]] constexpr double walkMargin(double depth) { return depth / (1 << 19) + 1e-12; }
 
 /// The beams of a face in bins of slopes, with a pyramid of the most planes that a beam of a node crosses.
 class FaceBeams {
