@@ -217,7 +217,7 @@ struct NodeParameters {
   int queue_size = 2;               ///< Clouds of a source that may wait for their turn.
   double tf_wait_s = 10.0;          ///< Longest time that a cloud waits for its transforms.
   double tf_gap_s = 1.0;            ///< Longest time between two transforms of a frame.
-  double publish_rate_hz = 5.0;     ///< Greatest rate of the map topics.
+  double publish_rate_hz = 10.0;    ///< Greatest rate of the map topics.
   double keyframe_period_s = 10.0;  ///< Period of whole messages between differences; 0: none.
   bool publish_values = false;      ///< Whether cuboid_map carries log-odds, or classes alone.
   std::string map_file;             ///< Loaded at the start; empty: none.
