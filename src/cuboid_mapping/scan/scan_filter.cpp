@@ -10,12 +10,17 @@ bool isInside(const MetricBox& box, const Eigen::Vector3d& point) {
 
 FilterCounts filterScan(Scan& scan, const ScanLimits& limits) {
   FilterCounts counts;
+  const MetricBox everything = ScanLimits().crop_map;
+  const bool has_crop =
+      limits.crop_map.min_m != everything.min_m || limits.crop_map.max_m != everything.max_m;
   const auto is_left_out = [&](const Eigen::Vector3f& point) {
-    if ((point - scan.origin).cast<double>().norm() < limits.min_range_m) {
+    if (limits.min_range_m > 0.0 &&
+        (point - scan.origin).cast<double>().norm() < limits.min_range_m) {
       ++counts.num_too_near;
       return true;
     }
-    if (!isInside(limits.crop_map, scan.anchor_map + point.cast<double>())) {
+    if (has_crop ? !isInside(limits.crop_map, scan.anchor_map + point.cast<double>())
+                 : point.hasNaN()) {
       ++counts.num_outside_crop;
       return true;
     }
