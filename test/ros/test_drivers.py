@@ -2,13 +2,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The launch files map what common drivers publish."""
 import pathlib
+import struct
 import unittest
 
 import rospy
 import rostest
 from geometry_msgs.msg import Point, TransformStamped
 from sensor_msgs import point_cloud2
-from sensor_msgs.msg import LaserScan, PointField
+from sensor_msgs.msg import CameraInfo, Image, LaserScan, PointField
 from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 
@@ -28,7 +29,6 @@ OUSTER = XYZ + [make_field('intensity', 16), make_field('t', 20, PointField.UINT
                 make_field('ring', 26, PointField.UINT8)]
 LIVOX = XYZ + [make_field('intensity', 12), make_field('tag', 16, PointField.UINT8),
                make_field('line', 17, PointField.UINT8)]
-REALSENSE = XYZ + [make_field('rgb', 16)]
 
 
 class DriversTest(unittest.TestCase):
@@ -52,11 +52,11 @@ class DriversTest(unittest.TestCase):
         publisher = rospy.Publisher(topic, type(message), queue_size=1, latch=True)
         publisher.publish(message)
 
-    def expect_occupied(self, node, x):
+    def expect_occupied(self, node, x, y=0.01, z=0.01):
         deadline = rospy.get_time() + 60.0
-        while rospy.get_time() < deadline and not self.is_occupied(node, x, 0.01, 0.01):
+        while rospy.get_time() < deadline and not self.is_occupied(node, x, y, z):
             rospy.sleep(0.1)
-        self.assertTrue(self.is_occupied(node, x, 0.01, 0.01))
+        self.assertTrue(self.is_occupied(node, x, y, z))
 
     def edge_of(self, node):
         """Edge length of a voxel in metres."""
@@ -81,7 +81,22 @@ class DriversTest(unittest.TestCase):
         self.check('/livox/cuboid_mapping', '/livox/lidar', LIVOX, (0.5, 50.0))
 
     def test_realsense(self):
-        self.check('/realsense/cuboid_mapping', '/camera/depth/color/points', REALSENSE, (0.2, 4.0))
+        """The driver's depth image is mapped, which it sends without further settings."""
+        node, focal_length, middle = '/realsense/cuboid_mapping', 50.0, 31.9
+        header = Header(frame_id='map', stamp=rospy.Time(100.0))
+        camera = CameraInfo(header=header, width=64, height=64,
+                            K=[focal_length, 0, middle, 0, focal_length, middle, 0, 0, 1])
+        image = Image(header=header, width=64, height=64, encoding='16UC1', step=128)
+        depths_mm = [0] * (64 * 64)
+        depths_mm[64 * 32 + 32] = 3210
+        depths_mm[64 * 32 + 52] = 4810  # Beyond max_range.
+        depths_mm[64 * 32 + 12] = 110  # On the robot.
+        image.data = struct.pack('<4096H', *depths_mm)
+        self.publish(node, '/camera/depth/camera_info', camera)
+        self.publish(node, '/camera/depth/image_rect_raw', image)
+        self.expect_occupied(node, 0.01, 0.01, 3.21)
+        self.assertFalse(self.is_occupied(node, 1.93, 0.01, 4.81))
+        self.assertFalse(self.is_occupied(node, -0.04, 0.01, 0.11))
 
     def test_laser(self):
         scan = LaserScan(header=Header(frame_id='map', stamp=rospy.Time(100.0)), angle_min=0.0, angle_max=0.01,

@@ -148,7 +148,7 @@ class LaunchFilesTest(unittest.TestCase):
     def test_a_sensor_has_its_topic_and_its_parameters(self):
         mapping = ROOT / 'launch/mapping.launch'
         for sensor, topic in (('velodyne', '/velodyne_points'), ('ouster', '/ouster/points'), ('livox', '/livox/lidar'),
-                              ('realsense', '/camera/depth/color/points')):
+                              ('realsense', '/camera/depth/image_rect_raw')):
             words = roslaunch('--args', '/cuboid_mapping', mapping, f'sensor:={sensor}').split()
             self.assertIn(f'cloud_in:={topic}', words)
             dump = yaml.safe_load(roslaunch('--dump-params', mapping, f'sensor:={sensor}', 'resolution:=0.3'))
@@ -156,8 +156,11 @@ class LaunchFilesTest(unittest.TestCase):
             self.assertEqual(dump['/cuboid_mapping/defaults/resolution'], preset['resolution'])
             self.assertEqual(dump['/cuboid_mapping/defaults/sensor_model/max_range'], preset['sensor_model']['max_range'])
             self.assertEqual(dump['/cuboid_mapping/resolution'], 0.3)
-        words = roslaunch('--args', '/cuboid_mapping', mapping, 'sensor:=ouster', 'cloud:=/mine').split()
-        self.assertIn('cloud_in:=/mine', words)
+            self.assertEqual(dump.get('/cuboid_mapping/type'), 'depth_image' if sensor == 'realsense' else None)
+        for sensor in ('ouster', 'realsense'):
+            call = (mapping, f'sensor:={sensor}', 'cloud:=/mine')
+            self.assertIn('cloud_in:=/mine', roslaunch('--args', '/cuboid_mapping', *call).split())
+            self.assertNotIn('/cuboid_mapping/type', yaml.safe_load(roslaunch('--dump-params', *call)))
 
     def test_topics_of_rviz_follow_its_namespace(self):
         files = sorted((ROOT / 'rviz').glob('*.rviz'))
