@@ -6,6 +6,7 @@
 #include "cuboid_mapping/ros/octomap_server/octomap_server_feature.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
 #include "cuboid_mapping/ros/planning/planner_services.h"
+#include "ros/known_parameters.h"
 #include "ros/map_in_frame.h"
 #include "support/random_bricks.h"
 #include "support/snapshots.h"
@@ -367,6 +368,14 @@ TEST(WindowParameters, GoTogether) {
             Keys{"window/file"});
   EXPECT_EQ(errorsOf([](XmlRpcValue& group) { group["window"]["outside"] = "forget"; }),
             Keys{"window/file"});
+  EXPECT_EQ(errorsOf([](XmlRpcValue& group) { group["map_file"] = "a.cuboids"; }),
+            Keys{"map_file"});
+}
+
+TEST(WindowParameters, DoNotGoWithForgettingOrRobots) {
+  if (!test::hasParameters({"forget_after", "merge/robots"})) GTEST_SKIP();
+  using Keys = std::vector<std::string>;
+  using XmlRpc::XmlRpcValue;
   EXPECT_EQ(errorsOf([](XmlRpcValue& group) { group["forget_after"] = 10.0; }),
             Keys{"forget_after"});
   EXPECT_EQ(errorsOf([](XmlRpcValue& group) {
@@ -375,8 +384,6 @@ TEST(WindowParameters, GoTogether) {
               group["sources"][0]["forget_after"] = 10.0;
             }),
             Keys{"sources[0]/forget_after"});
-  EXPECT_EQ(errorsOf([](XmlRpcValue& group) { group["map_file"] = "a.cuboids"; }),
-            Keys{"map_file"});
   EXPECT_EQ(errorsOf([](XmlRpcValue& group) { group["merge"]["robots"] = "/a"; }),
             Keys{"window/frame"});
   EXPECT_EQ(errorsOf([](XmlRpcValue& group) {
