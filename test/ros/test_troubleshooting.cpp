@@ -104,6 +104,14 @@ TEST_F(TroubleshootingTest, CloudsWithoutATransform) {
   EXPECT_TRUE(log_.has("check that tf has a path from the cloud's frame to frame_id", kNode));
 }
 
+TEST_F(TroubleshootingTest, AWarningNamesTheTopicAfterRemapping) {
+  listenTo(kNode);
+  auto cloud = makeCloud("lidar", ros::Time(100.0), {{1.0, 2.0, 3.0}});
+  cloud.is_bigendian = 1;
+  cloud_publisher_.publish(cloud);
+  EXPECT_TRUE(log_.waitForLine("/cloud_in: is_bigendian is true", kNode));
+}
+
 TEST_F(TroubleshootingTest, CloudsOlderThanAllTransforms) {
   listenTo(kNode);
   for (const double stamp : {1015.0, 1018.9, 1019.2, 1020.0}) {

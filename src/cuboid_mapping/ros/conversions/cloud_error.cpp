@@ -11,7 +11,7 @@ const char* usualCure(DropReason defect) {
   switch (defect) {
     case DropReason::kEmptyFrame: return "Set the frame of the sensor in its driver";
     case DropReason::kNoPoints: return "Check the sensor and any filters before this node";
-    case DropReason::kNoXyzFields: return "Connect cloud_in to a topic with 3D points";
+    case DropReason::kNoXyzFields: return "Name a topic with 3D points";
     case DropReason::kWrongDatatype:
       return "Configure the driver to publish metres as floating-point numbers";
     case DropReason::kShortData: return "Look for a driver or a relay that truncates it";

@@ -68,7 +68,7 @@ void CloudMapper::integrate(const PosedCloud& posed) {
   Source& source = *inputs_.at(cloud.source);
   Observed observed = source.input.compute(cloud, poses);
   for (const std::string& warning : source.input.takeWarnings()) {
-    ROS_WARN_STREAM_NAMED(kNodeName, nameOf(source.parameters) << ": " << warning);
+    ROS_WARN_STREAM_NAMED(kNodeName, receiver_.sourceName(cloud.source) << ": " << warning);
   }
   if (observed.error) {
     return ledger_.noteDropped(cloud.source, observed.error->defect, observed.error->text);

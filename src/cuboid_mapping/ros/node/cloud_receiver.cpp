@@ -74,10 +74,8 @@ CloudQueue::Callbacks CloudReceiver::queueCallbacks(const NodeParameters& parame
     return search(cloud.source, cloud.header(), slices);
   };
   std::vector<std::shared_ptr<const SensorSteps>> steps;
-  std::vector<std::string> names;
   for (const SourceParameters& source : sourcesOf(parameters)) {
     steps.push_back(std::make_shared<const SensorSteps>(makeSteps(parameters, source)));
-    names.push_back(source.name.empty() ? nh_.resolveName(source.topic) : source.name);
   }
   callbacks.find_slices = [steps](const SensorMessage& cloud) {
     return findSlices(*steps.at(cloud.source), cloud);
@@ -85,10 +83,15 @@ CloudQueue::Callbacks CloudReceiver::queueCallbacks(const NodeParameters& parame
   callbacks.drop = [this](std::size_t source, DropReason reason, const std::string& text) {
     ledger_.noteDropped(source, reason, text);
   };
-  callbacks.say_waiting = [names](std::size_t source, const std::string& why) {
-    ROS_WARN_STREAM_NAMED(kNodeName, "clouds of " << names.at(source) << " wait for tf: " << why);
+  callbacks.say_waiting = [this](std::size_t source, const std::string& why) {
+    ROS_WARN_STREAM_NAMED(kNodeName, "clouds of " << sourceName(source) << " wait for tf: " << why);
   };
   return callbacks;
+}
+
+std::string CloudReceiver::sourceName(std::size_t source) const {
+  const SourceParameters& of = sources_.at(source);
+  return of.name.empty() ? nh_.resolveName(of.topic) : of.name;
 }
 
 PoseSearch CloudReceiver::search(std::size_t source, const std_msgs::Header& header,

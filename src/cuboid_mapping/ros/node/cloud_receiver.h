@@ -14,6 +14,7 @@
 
 #include <mutex>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace cuboid_mapping_ros {
@@ -38,6 +39,8 @@ class CloudReceiver {
   /// Whether another cloud waits for its turn.
   [[nodiscard]] bool hasReady() const { return queue_.hasReady(); }
   [[nodiscard]] const TfBuffer& tf() const { return tf_; }
+  /// The name of a source in the log: its own, or its topic after remapping.
+  [[nodiscard]] std::string sourceName(std::size_t source) const;
 
   /// Sets parameters that were changed while the node runs.
   void setParameters(const NodeParameters& parameters);
