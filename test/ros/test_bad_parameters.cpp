@@ -55,6 +55,14 @@ TEST(BadParameters, TheNodeNamesThemAllAndEndsWithAnError) {
       << ending.output;
 }
 
+TEST(BadParameters, AValueInPlaceOfThemAllIsNamedAsOne) {
+  const Ending ending =
+      run("timeout --kill-after=5 60 " CUBOID_MAPPING_NODE " __name:=bad_group __log:=/dev/null");
+  EXPECT_EQ(ending.exit_code, 1) << ending.output;
+  EXPECT_NE(ending.output.find(": ~ is 5, but must be a group of keys"), std::string::npos)
+      << ending.output;
+}
+
 TEST(BadParameters, ASecondNodeOfANameEndsAndTheFirstGoesOn) {
   const std::string reset = "/good_node/reset";
   ASSERT_TRUE(ros::service::waitForService(reset, ros::Duration(60.0)));

@@ -30,7 +30,7 @@ NodeParameters loadGoodParameters(const ros::NodeHandle& private_nh) {
   if (loaded.errors.empty()) return loaded.parameters;
   std::vector<std::string> texts;
   for (const ParameterError& error : loaded.errors) {
-    texts.push_back('~' + error.key + ' ' + error.message);
+    texts.push_back((error.key == "~" ? "" : "~") + error.key + ' ' + error.message);
   }
   throw std::runtime_error(counted(texts.size(), "bad parameter") + ": " + join(texts, "; "));
 }
