@@ -81,7 +81,7 @@ class ContradictionsTest(InputCase):
         self.expect_same(records, good, 'taken as millimetres')
         self.expect_node(records, type='depth_image')
         self.expect_same(records, good, '', '--set', 'length_unit=0.001')
-        self.expect_same(records, good, 'its name is length_unit now', '--set', 'depth_unit=0.001')
+        self.expect_same(records, good, 'is used for length_unit', '--set', 'depth_unit=0.001')
         every_second = STEEP.astype(np.uint16).astype(np.float32)
         every_second[::2] = np.nan
         self.assertIn('taken as millimetres', self.map_records(depth_of(every_second, CAMERA)))

@@ -131,19 +131,18 @@ TEST(Sources, SayWhatToWriteForAnOldName) {
 }
 
 TEST(Sources, TakeTheOldNamesOfTheUnitForTheTypesThatTheseWereFor) {
-  const std::string taken =
-      "depth_unit is 0.002: its name is length_unit now; it is taken for depth images";
+  const std::string origin = " (a name of earlier versions, for depth images)";
+  const std::string taken = "depth_unit is 0.002 and is used for length_unit" + origin;
+  const std::string ignored = "depth_unit is 0.002 and is ignored: length_unit is set" + origin;
   XmlRpcValue group;
   group["depth_unit"] = 0.002;
   EXPECT_EQ(unitsOf(group), "0.000 \n? " + taken) << "the only source has clouds";
   group["type"] = "depth_image";
   EXPECT_EQ(unitsOf(group), "0.002 \n? " + taken);
   group["length_unit"] = 0.002;
-  EXPECT_EQ(unitsOf(group), "0.002 \n? " + taken);
+  EXPECT_EQ(unitsOf(group), "0.002 \n? " + ignored);
   group["length_unit"] = 1;
-  EXPECT_EQ(unitsOf(group), "1.000 \n? " + taken +
-                                "\n! depth_unit is 0.002, but length_unit, its new name, is 1.0: "
-                                "remove one of them");
+  EXPECT_EQ(unitsOf(group), "1.000 \n? " + ignored);
 
   XmlRpcValue camera = makeSource("camera", "/depth");
   camera["type"] = "depth_image";
@@ -156,14 +155,17 @@ TEST(Sources, TakeTheOldNamesOfTheUnitForTheTypesThatTheseWereFor) {
   group = listOf({makeSource("lidar", "points"), camera, own, named});
   group["depth_unit"] = 0.002;
   const std::string of_own =
-      "\n? sources[2]/depth_unit is 0.004: its name is length_unit now; it is taken for depth "
-      "images (source own)";
+      "\n? sources[2]/depth_unit is 0.004 and is used for length_unit" + origin + " (source own)";
   EXPECT_EQ(unitsOf(group), "0.000 0.002 0.004 0.005 \n? " + taken + of_own);
   group["type"] = "depth_image";
   group["sources"][0]["type"] = "point_cloud";
   EXPECT_EQ(unitsOf(group), "0.000 0.002 0.004 0.005 \n? " + taken + of_own);
   group["point_unit"] = 0.01;
   EXPECT_EQ(unitsOf(group).substr(0, 24), "0.010 0.002 0.004 0.005 ");
+  group["length_unit"] = 0.5;
+  EXPECT_EQ(unitsOf(group).substr(0, 24), "0.500 0.500 0.500 0.005 ");
+  EXPECT_NE(unitsOf(group).find("sources[2]/depth_unit is 0.004 and is ignored"),
+            std::string::npos);
 }
 
 TEST(Sources, EverythingThatIsWrongWithThemIsSaidAtOnce) {

@@ -2,6 +2,7 @@
 #include "cuboid_mapping/ros/parameters/parameter_table.h"
 
 #include "cuboid_mapping/fusion/fusion_kind.h"
+#include "cuboid_mapping/ros/parameters/reconfigure.h"
 
 #include <algorithm>
 
@@ -150,6 +151,35 @@ const std::vector<ParameterDeclaration>& parameterTable() {
     return table;
   }();
   return kTable;
+}
+
+const std::vector<OtherName>& otherNames() {
+  static const std::vector<OtherName> kNames = [] {
+    std::vector<OtherName> names;
+    for (const ParameterDeclaration& of : parameterTable()) {
+      const std::string group = of.key.substr(0, of.key.find('/') + 1);
+      if (group == "sensor_model/" || group == "ground_filter/") {
+        names.push_back({toReconfigureName(of.key), of, of.kind,
+                         "a leftover of octomap_server's dynamic_reconfigure; `rosparam delete` "
+                         "removes it"});
+      }
+      if (of.key != "length_unit") continue;
+      const std::string origin = "a name of earlier versions, for ";
+      names.push_back({"depth_unit", of, number(&S::old_depth_unit_m, of.kind.min, of.kind.max),
+                       origin + "depth images"});
+      names.push_back({"point_unit", of, number(&S::old_point_unit_m, of.kind.min, of.kind.max),
+                       origin + "clouds and scans"});
+    }
+    return names;
+  }();
+  return kNames;
+}
+
+bool isOtherName(const std::string& key, bool is_source) {
+  const std::vector<OtherName>& names = otherNames();
+  return std::any_of(names.begin(), names.end(), [&](const OtherName& other) {
+    return other.name == key && (!is_source || other.kind.is_of_source);
+  });
 }
 
 const std::map<std::string, std::string>& mergedParameters() {

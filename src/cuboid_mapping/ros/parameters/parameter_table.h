@@ -25,9 +25,6 @@ struct ParameterDeclaration {
 /// sources.
 [[nodiscard]] std::vector<ParameterDeclaration> declareSources();
 
-/// Names of length_unit in earlier versions, for some types of sensors. Their help is the warning.
-[[nodiscard]] std::vector<ParameterDeclaration> oldUnits();
-
 /// Parameters of a feature, or of a step of the sensors.
 struct FeatureParameters {
   std::vector<ParameterDeclaration> (*declare)();
@@ -54,6 +51,19 @@ void checkOrder(const LoadedParameters& loaded, const std::string& lower_key, do
 
 /// Whether octomap_server has a parameter of this name.
 [[nodiscard]] bool isOfOctomapServer(const std::string& key);
+
+/// Another name of a parameter. Its value counts where the parameter is not set, and there is a warning.
+struct OtherName {
+  std::string name;
+  ParameterDeclaration of;
+  ParameterKind kind;  ///< Place of the value.
+  std::string origin;
+};
+
+/// Names that octomap_server's dynamic_reconfigure leaves on the parameter server, and some of earlier versions.
+[[nodiscard]] const std::vector<OtherName>& otherNames();
+/// Whether a key is one of them. @param is_source  Only those that a source may have count.
+[[nodiscard]] bool isOtherName(const std::string& key, bool is_source);
 
 /// Parameters of earlier versions that have become part of others, which the warning names.
 [[nodiscard]] const std::map<std::string, std::string>& mergedParameters();

@@ -3,13 +3,11 @@
 
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 #include "cuboid_mapping/ros/parameters/parameter_table.h"
-#include "cuboid_mapping/ros/parameters/reconfigure.h"
 
 #include <boost/algorithm/string.hpp>
 
 #include <algorithm>
 #include <numeric>
-#include <set>
 #include <sstream>
 #include <utility>
 
@@ -82,41 +80,29 @@ void warnOfSlash(const ParameterDeclaration& declaration, const XmlRpcValue& val
                                                   "\": tf2 frames have no slash at the start"});
 }
 
-/// Key that octomap_server's dynamic_reconfigure leaves on the parameter server; empty for
-/// keys whose name it does not change.
-std::string leftoverNameOf(const std::string& key) {
-  const bool is_grouped = key.rfind("sensor_model/", 0) == 0 || key.rfind("ground_filter/", 0) == 0;
-  return is_grouped ? toReconfigureName(key) : "";
-}
-
-/// The value that counts for a declaration.
-std::optional<XmlRpcValue> findValueOrLeftover(const XmlRpcValue& group,
-                                               const ParameterDeclaration& declaration,
-                                               LoadedParameters& loaded) {
-  auto value = findValue(group, declaration.key);
-  const std::string name = leftoverNameOf(declaration.key);
-  const auto leftover = name.empty() ? std::nullopt : findValue(group, name);
-  if (!leftover) return value;
-  NodeParameters scratch;
-  std::string fate = "is used for " + declaration.key;
-  bool is_taken = false;
-  if (value) {
-    fate = "is ignored: " + declaration.key + " is set";
-  } else if (!declaration.kind.set(scratch, *leftover).empty()) {
-    fate = "is ignored: " + declaration.key + " must be " + declaration.kind.allowed;
-  } else {
-    is_taken = true;
+/// Sets the value that a parameter has under another name, if the group has one.
+/// @pre The value under its own name has been read.
+void readOtherName(const XmlRpcValue& group, const OtherName& other, LoadedParameters& loaded) {
+  const auto value = findValue(group, other.name);
+  if (!value) return;
+  const std::string& key = other.of.key;
+  const bool is_set =  // Here, or outside of the list of sources.
+      findValue(group, key) ||
+      formatValue(other.of, loaded.parameters) != formatValue(other.of, {});
+  std::string fate = "is used for " + key;
+  if (is_set) {
+    fate = "is ignored: " + key + " is set";
+  } else if (!other.kind.set(loaded.parameters, *value).empty()) {
+    fate = "is ignored: " + key + " must be " + other.kind.allowed;
   }
-  loaded.warnings.push_back({name, "is " + describe(*leftover) + " and " + fate +
-                                       " (a leftover of octomap_server's dynamic_reconfigure; "
-                                       "`rosparam delete` removes it)"});
-  return is_taken ? leftover : value;
+  loaded.warnings.push_back(
+      {other.name, "is " + describe(*value) + " and " + fate + " (" + other.origin + ')'});
 }
 
 /// Sets the value of a declaration, if the group has one.
 void readValue(const XmlRpcValue& group, const ParameterDeclaration& declaration,
                LoadedParameters& loaded) {
-  const auto value = findValueOrLeftover(group, declaration, loaded);
+  const auto value = findValue(group, declaration.key);
   if (!value) return;
   const std::string refusal = declaration.kind.set(loaded.parameters, *value);
   if (refusal.empty()) {
@@ -133,16 +119,8 @@ void readValues(const XmlRpcValue& group, bool is_source, LoadedParameters& load
   for (const ParameterDeclaration& declaration : parameterTable()) {
     if (!is_source || declaration.kind.is_of_source) readValue(group, declaration, loaded);
   }
-  const double unit_m = loaded.parameters.source.length_unit_m;
-  for (const ParameterDeclaration& old : oldUnits()) {
-    const auto value = findValue(group, old.key);
-    if (!value) continue;
-    readValue(group, old, loaded);
-    loaded.warnings.push_back({old.key, "is " + describe(*value) + ": " + old.help});
-    if (unit_m == 0.0 || numberOf(*value) == unit_m) continue;
-    loaded.errors.push_back({old.key, "is " + describe(*value) +
-                                          ", but length_unit, its new name, is " +
-                                          formatNumber(unit_m) + ": remove one of them"});
+  for (const OtherName& other : otherNames()) {
+    if (!is_source || other.kind.is_of_source) readOtherName(group, other, loaded);
   }
 }
 
@@ -171,16 +149,13 @@ void checkSets(LoadedParameters& loaded) {
 struct KnownKeys {
   std::vector<std::string> parameters;
   std::vector<std::string> groups;
-  std::set<std::string> leftovers;  ///< Those that were warned about.
 
   KnownKeys() {
     for (const ParameterDeclaration& declaration : parameterTable()) {
       parameters.push_back(declaration.key);
       const std::size_t slash = declaration.key.find('/');
       if (slash != std::string::npos) groups.push_back(declaration.key.substr(0, slash));
-      leftovers.insert(leftoverNameOf(declaration.key));
     }
-    for (const ParameterDeclaration& old : oldUnits()) leftovers.insert(old.key);
     for (const auto* names : {&retiredParameters(), &mergedParameters()}) {
       for (const auto& [key, cure] : *names) {
         if (const auto slash = key.find('/'); slash != std::string::npos) {
@@ -192,7 +167,7 @@ struct KnownKeys {
 
   /// Whether it has a key, or a key without groups above it.
   [[nodiscard]] bool has(const std::string& key) const {
-    return leftovers.count(key) > 0 ||
+    return isOtherName(key, false) ||
            std::any_of(parameters.begin(), parameters.end(), [&key](const std::string& known) {
              return key == known || key.rfind(known + '/', 0) == 0;
            });

@@ -53,12 +53,11 @@ void judgeKeys(const XmlRpcValue& element, LoadedParameters& own) {
   for (const ParameterDeclaration& declaration : parameterTable()) {
     (declaration.kind.is_of_source ? keys_of_sources : keys_of_map).push_back(declaration.key);
   }
-  for (const ParameterDeclaration& old : oldUnits()) keys_of_sources.push_back(old.key);
   const auto has = [](const std::vector<std::string>& keys, const std::string& key) {
     return std::find(keys.begin(), keys.end(), key) != keys.end();
   };
   for (const auto& [key, value] : leavesOf(element)) {
-    if (has(keys_of_sources, key)) continue;
+    if (has(keys_of_sources, key) || isOtherName(key, true)) continue;
     if (auto error = findRetired(key)) {
       own.errors.push_back(std::move(*error));
       continue;
@@ -125,12 +124,6 @@ std::vector<ParameterDeclaration> declareSources() {
        "no_return_range and no_return_points, filter_ground, ground_filter/*, pointcloud_*. See "
        "doc/sensors.md."},
   };
-}
-
-std::vector<ParameterDeclaration> oldUnits() {
-  const std::string help = "its name is length_unit now; it is taken for ";
-  return {{"depth_unit", "m", number(&S::old_depth_unit_m, 0.0, 1.0), help + "depth images"},
-          {"point_unit", "m", number(&S::old_point_unit_m, 0.0, 1.0), help + "clouds and scans"}};
 }
 
 double lengthUnitOf(const SourceParameters& source) {
