@@ -282,6 +282,17 @@ TEST(SensorConversions, WhatCannotBeUsedIsRefusedWithTheReason) {
             DropReason::kNoValidPoints);
 }
 
+TEST(SensorConversions, PixelsWithMoreBytesThanTheirEncodingAreRefused) {
+  DepthImage depth = makeDepth({1.5F, 2.5F, 3.5F, 4.5F}, 2);
+  const auto image = boost::make_shared<Image>(*depth.image);
+  image->encoding = "16UC1";
+  depth.image = image;
+  EXPECT_EQ(defectOf(convertDepthImage(depth)), DropReason::kBadLayout);
+  const std::vector<std::uint8_t> padded{0xD0, 7, 0xB8, 0xB, 0, 0, 0, 0, 0xD0, 7, 0xB8, 0xB};
+  image->data = padded;
+  EXPECT_EQ(expectGood(convertDepthImage(depth)).points.size(), 4U) << "zeros fill the rows";
+}
+
 /// Compares the map of one message with OctoMap's map of the same rays, at 5 cm.
 void expectParity(const SensorMessage& message, SourceType type,
                   const std::vector<Eigen::Vector3f>& points_sensor) {

@@ -103,6 +103,22 @@ std::optional<CloudError> checkSize(const Image& image, const CameraInfo& camera
                    "Name the camera_info of this image in camera_info, or correct its binning");
 }
 
+/// Whether the pixels have more bytes than their encoding: the step has a larger whole number of bytes a pixel, and
+/// zeros do not just fill the rows. @pre step is at least a row.
+bool hasLargerPixels(const Image& image) {
+  const std::uint64_t step = stepOf(image);
+  const std::uint64_t row_bytes = image.width * pixelBytes(image);
+  if (step == row_bytes || step % image.width != 0) return false;
+  const std::uint8_t* row = image.data.data();
+  const std::uint8_t* const end = row + image.data.size();
+  for (; static_cast<std::uint64_t>(end - row) >= step; row += step) {
+    if (std::any_of(row + row_bytes, row + step, [](std::uint8_t byte) { return byte != 0; })) {
+      return true;
+    }
+  }
+  return false;
+}
+
 std::optional<CloudError> checkImage(const Image& image, const Pinhole& pinhole) {
   if (image.header.frame_id.empty()) {
     return makeError(DropReason::kEmptyFrame, image, "header.frame_id is empty");
@@ -128,6 +144,13 @@ std::optional<CloudError> checkImage(const Image& image, const Pinhole& pinhole)
     return makeError(DropReason::kShortData, image,
                      "it has " + std::to_string(image.data.size()) + " bytes of data, but needs " +
                          std::to_string(num_bytes));
+  }
+  if (hasLargerPixels(image)) {
+    return makeError(DropReason::kBadLayout, image,
+                     "it has " + std::to_string(step / image.width) +
+                         " bytes a pixel, but encoding " + image.encoding + " has " +
+                         std::to_string(pixel_bytes),
+                     "Correct the encoding in the driver");
   }
   if (!isUsable(pinhole)) {
     return makeError(DropReason::kBadLayout, image, "its camera_info has no focal length",

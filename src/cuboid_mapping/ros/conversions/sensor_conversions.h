@@ -58,7 +58,7 @@ struct SensorMessage {
 ///
 /// Cases:
 ///   - encoding 16UC1, 16SC1 or mono16: 0 is no measurement, and the greatest number is +inf; 32FC1. Both byte
-///     orders, see findByteOrder(). An impossible step is replaced if the rows have no gaps;
+///     orders, see findByteOrder(). An impossible step is replaced if rows have no gaps; larger pixels are refused;
 ///   - `length_unit_m` is the unit; if it is 0, whole numbers count millimetres, and 32FC1 metres (REP 118), or
 ///     millimetres if half of the depths are whole numbers above 100. Depths that no camera measures in that
 ///     unit are refused;
