@@ -219,9 +219,10 @@ class PointJudge {
     if (!is_elsewhere_ && ranges_m_.empty()) return Kind::kReturn;
     // A reading of zero has moved with the cloud, and was rounded to float before.
     constexpr double kAtSensor_m = 1e-4;
-    const double range_m = (point - sensor_cloud_).norm();
-    if (is_elsewhere_ && range_m < kAtSensor_m) return Kind::kNothing;
+    const Eigen::Vector3d beam = point - sensor_cloud_;
+    if (is_elsewhere_ && beam.squaredNorm() < kAtSensor_m * kAtSensor_m) return Kind::kNothing;
     if (ranges_m_.empty()) return Kind::kReturn;
+    const double range_m = beam.norm();
     const double depth_m = (sensor_from_cloud_ * point).cwiseAbs().maxCoeff();
     const bool is_named = contains(ranges_m_, range_m) || contains(ranges_m_, depth_m);
     return is_named ? Kind::kOfNamedRange : Kind::kReturn;

@@ -45,7 +45,10 @@ StepPoses posesOf(const SensorStep& step, const CloudPoses& poses, std::size_t& 
 ScanLimits makeScanLimits(const SourceParameters& source) {
   ScanLimits limits;
   limits.min_range_m = source.min_range_m;
-  if (!source.filter_ground) limits.crop_map = source.crop;
+  const MetricBox everything = SourceParameters().crop;
+  const bool has_crop =
+      source.crop.min_m != everything.min_m || source.crop.max_m != everything.max_m;
+  if (has_crop && !source.filter_ground) limits.crop_map = source.crop;
   return limits;
 }
 
