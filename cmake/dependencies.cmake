@@ -1,5 +1,5 @@
-# What is needed besides ROS. The core needs Eigen and threads; the node all that is marked so; each other library is
-# built where its own dependencies are.
+# What is needed besides ROS. The core needs Eigen and threads; the node all but FCL; each other library is built
+# where its own dependencies are.
 set(needed_by_node QUIET)
 if(CUBOID_MAPPING_NODE)
   set(needed_by_node REQUIRED)
@@ -15,6 +15,7 @@ if(PkgConfig_FOUND)
 endif()
 if(CUBOID_MAPPING_NODE OR NOT CUBOID_MAPPING_ROS)
   find_package(octomap ${needed_by_node})
+  find_package(fcl 0.6 QUIET)  # Ubuntu 20.04 has an older one.
   find_package(ompl QUIET)
   find_package(PCL ${needed_by_node} COMPONENTS common io sample_consensus)
   find_package(Boost ${needed_by_node} COMPONENTS program_options)

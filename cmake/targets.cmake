@@ -134,7 +134,7 @@ function(cuboid_mapping_install_config)
   install(FILES ${files} DESTINATION ${cuboid_mapping_cmake_dir})
 
   set(left_out)
-  foreach(part_and_headers client=ros octomap=octomap_parity.h)
+  foreach(part_and_headers client=ros octomap=octomap_parity.h fcl=fcl_obstacles.h)
     string(REGEX MATCH "(.+)=(.+)" match ${part_and_headers})
     if(NOT TARGET cuboid_mapping_${CMAKE_MATCH_1})
       list(APPEND left_out PATTERN ${CMAKE_MATCH_2} EXCLUDE)

@@ -141,6 +141,14 @@ else()
   cuboid_mapping_left_out(octomap liboctomap-dev)
 endif()
 
+# Obstacles for the Flexible Collision Library.
+if(fcl_FOUND)
+  cuboid_mapping_add_part(fcl cuboid_mapping/interop/fcl_obstacles.cpp)
+  target_link_libraries(cuboid_mapping_fcl PUBLIC cuboid_mapping::core fcl)
+else()
+  cuboid_mapping_left_out(fcl "libfcl-dev 0.6 or later")
+endif()
+
 # Clouds as maps: PCL reads .pcd.
 if(PCL_FOUND)
   cuboid_mapping_add_part(scans

@@ -41,7 +41,7 @@ class DebianTest(unittest.TestCase):
     def test_what_the_build_needs_is_what_scripts_build_installs(self):
         needed = names(self.packages['']['Build-Depends'])
         self.assertEqual(listed('library', 'build', 'python') - {'g++', 'make'},
-                         needed - {'debhelper-compat', 'dh-ros', 'dh-sequence-python3'})
+                         needed - {'debhelper-compat', 'dh-ros', 'dh-sequence-python3', 'libfcl-dev'})
 
     def test_what_the_node_needs_to_run_is_what_the_list_has(self):
         needed = names(self.node['Depends']) | names(self.node['Recommends'])

@@ -206,8 +206,11 @@ class InstallSpaceTest(Layout, unittest.TestCase):
 
     def test_another_package_is_built_with_it(self):
         headers = SOURCE / 'include'
+        # Ubuntu 20.04's FCL is too old for this part.
+        has_fcl = subprocess.run(['pkg-config', '--atleast-version=0.6', 'fcl'], check=False).returncode == 0
         for path in headers.rglob('*.h'):
-            self.assertTrue((self.space / 'include' / path.relative_to(headers)).is_file(), path.name)
+            is_there = (self.space / 'include' / path.relative_to(headers)).is_file()
+            self.assertEqual(is_there, has_fcl or path.name != 'fcl_obstacles.h', path.name)
         # The default of some compilers; the exports of cuboid_mapping require C++17.
         program = self.build(SOURCE / 'test/install/client', '-DCMAKE_CXX_STANDARD=14')
         self.assertEqual(run(program, self.root / 'map.ot', env=self.environment).split()[-1], 'OcTree')

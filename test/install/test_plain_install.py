@@ -37,7 +37,7 @@ class PlainInstallTest(unittest.TestCase):
         # Without parts that compile slowly, to save time.
         cls.succeed(CMAKE, '-S', SOURCE, '-B', cls.root / 'build', '-DCUBOID_MAPPING_ROS=OFF', '-DCUBOID_MAPPING_PYTHON=OFF',
                     *QUICKLY, f'-DCMAKE_INSTALL_PREFIX={cls.prefix}',
-                    *[f'-DCMAKE_DISABLE_FIND_PACKAGE_{name}=ON' for name in ('Boost', 'PCL', 'catkin')])
+                    *[f'-DCMAKE_DISABLE_FIND_PACKAGE_{name}=ON' for name in ('Boost', 'PCL', 'catkin', 'fcl')])
         cls.succeed(CMAKE, '--build', cls.root / 'build', '--', f'-j{os.cpu_count()}')
         cls.succeed(CMAKE, '--install', cls.root / 'build')
 
@@ -120,7 +120,7 @@ add_executable(first_map {SOURCE}/examples/first_map/first_map.cpp)
 target_link_libraries(first_map cuboid_mapping::core)
 message(STATUS "type '${{CMAKE_BUILD_TYPE}}' shared '${{BUILD_SHARED_LIBS}}'")
 ''')
-        absent = [f'-DCMAKE_DISABLE_FIND_PACKAGE_{name}=ON' for name in ('Boost', 'PCL', 'octomap')]
+        absent = [f'-DCMAKE_DISABLE_FIND_PACKAGE_{name}=ON' for name in ('Boost', 'PCL', 'fcl', 'octomap')]
         said = self.succeed(CMAKE, '-S', folder, '-B', self.root / 'fetched', '-DCUBOID_MAPPING_UNITY=WHOLE', *absent)
         self.assertIn("type '' shared ''", said)
         self.succeed(CMAKE, '--build', self.root / 'fetched', '--target', 'first_map')
@@ -154,11 +154,11 @@ message(STATUS "type '${{CMAKE_BUILD_TYPE}}' shared '${{BUILD_SHARED_LIBS}}'")
         newer = self.write_project('find_package(cuboid_mapping 9.0 REQUIRED)')
         self.assertNotEqual(newer.returncode, 0)
         self.assertIn(VERSION, newer.stdout)
-        missing = self.write_project('find_package(cuboid_mapping REQUIRED COMPONENTS core scans)')
+        missing = self.write_project('find_package(cuboid_mapping REQUIRED COMPONENTS core fcl)')
         self.assertNotEqual(missing.returncode, 0)
-        self.assertIn('cuboid_mapping::scans has not been built; there are: core;no_return;io;octomap.',
+        self.assertIn('cuboid_mapping::fcl has not been built; there are: core;no_return;io;octomap.',
                       ' '.join(missing.stdout.split()))  # CMake breaks lines.
-        optional = self.write_project('find_package(cuboid_mapping REQUIRED COMPONENTS core OPTIONAL_COMPONENTS scans)')
+        optional = self.write_project('find_package(cuboid_mapping REQUIRED COMPONENTS core OPTIONAL_COMPONENTS fcl)')
         self.assertEqual(optional.returncode, 0, optional.stdout)
 
     def test_octomap_where_it_is_asked_for(self):
