@@ -77,6 +77,31 @@ TEST(ParallelFor, hasThreadsInAForkedProcess) {
   EXPECT_EQ(status, 0);
 }
 
+/// The child has the work's result, but not its thread, and would wait for it forever.
+TEST(BackgroundWork, isDoneBeforeAProcessForks) {
+  for (int i = 0; i < 20; ++i) {
+    std::atomic<bool> is_begun{false};
+    std::atomic<bool> is_done{false};
+    BackgroundWork work([&] {
+      is_begun = true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      is_done = true;
+    });
+    const bool begins_before = i % 2 == 0;
+    while (begins_before && !is_begun) std::this_thread::yield();
+    const pid_t child = fork();
+    if (child == 0) {
+      alarm(5);  // Ends a child that hangs.
+      work.wait();
+      _exit(is_done ? 0 : 1);
+    }
+    work.wait();
+    int status = -1;
+    ASSERT_EQ(waitpid(child, &status, 0), child);
+    ASSERT_EQ(status, 0) << "fork " << i;
+  }
+}
+
 TEST(ParallelFor, staysOnTheCallersThreadWithoutHelpers) {
   for (const int threads : {-1, 0, 1}) {
     const std::thread::id caller = std::this_thread::get_id();

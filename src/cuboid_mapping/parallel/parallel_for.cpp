@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/parallel/parallel_for.h"
 
-#include <sys/types.h>
-#include <unistd.h>
+#include <pthread.h>
 
 #include <algorithm>
-#include <atomic>
 #include <condition_variable>
 #include <deque>
 #include <exception>
@@ -27,6 +25,8 @@ struct BackgroundWork::Job {
   std::exception_ptr error;
 
   [[nodiscard]] bool wantsHelper() const { return next < count && num_helpers < max_helpers; }
+  /// Of BackgroundWork: parallelFor() does a single step itself.
+  [[nodiscard]] bool runsInBackground() const { return count == 1 && num_running > 0; }
   [[nodiscard]] bool isDone() const { return next >= count && num_running == 0; }
 };
 
@@ -37,12 +37,13 @@ class ThreadPool {
 
   /// Never destroyed: static objects may need it after any destructor of ours. The library is never unloaded.
   static ThreadPool& instance() {
-    static std::atomic<ThreadPool*> pool = new ThreadPool;
-    ThreadPool* own = pool;
-    if (own->process_ == getpid()) return *own;
-    // A forked process has none of the threads, and their mutex may be locked.
-    auto fresh = std::make_unique<ThreadPool>();
-    return pool.compare_exchange_strong(own, fresh.get()) ? *fresh.release() : *own;
+    static ThreadPool* pool = new ThreadPool;
+    // A forked process has none of the threads, and could not end what they have begun.
+    static const int is_watched =
+        pthread_atfork([] { pool->lockBetweenBackgroundWork(); }, [] { pool->mutex_.unlock(); },
+                       [] { pool = new ThreadPool; });
+    (void)is_watched;
+    return *pool;
   }
 
   std::shared_ptr<Job> start(std::size_t count, std::size_t max_helpers,
@@ -73,6 +74,16 @@ class ThreadPool {
   }
 
  private:
+  /// Locks the mutex when no step of BackgroundWork is under way. @pre The caller is no such step.
+  void lockBetweenBackgroundWork() {
+    std::unique_lock<std::mutex> lock(mutex_);
+    changed_.wait(lock, [this] {
+      return std::none_of(jobs_.begin(), jobs_.end(),
+                          [](const auto& job) { return job->runsInBackground(); });
+    });
+    lock.release();
+  }
+
   /// Starts threads up to this number, if the machine and its memory allow it.
   void startThreads(std::size_t count) {
     while (num_threads_ < count) {
@@ -123,7 +134,6 @@ class ThreadPool {
     if (job.isDone()) changed_.notify_all();
   }
 
-  pid_t process_ = getpid();
   std::mutex mutex_;
   std::condition_variable changed_;  ///< Notified when a job has come or is done.
   std::deque<std::shared_ptr<Job>> jobs_;

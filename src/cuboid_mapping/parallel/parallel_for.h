@@ -15,7 +15,8 @@ namespace cuboid_mapping {
 /// have been started. Calls may run side by side, and inside each other.
 void parallelFor(std::size_t count, int threads, const std::function<void(std::size_t)>& work);
 
-/// Work that runs beside the thread that has started it.
+/// Work that runs beside the thread that has started it. fork() waits until no such work is under way; work that has
+/// not begun is done by wait() in the child, too.
 class BackgroundWork {
  public:
   /// No work: wait() returns at once.
