@@ -21,8 +21,9 @@ inline bool hasParameters(const std::vector<std::string>& keys) {
 inline bool hasAllFeatures() {
   return hasParameters({"deskew", "self_filter/boxes", "filter_ground",
                         "sensor_model/no_return_range", "moving_points", "forget_after",
-                        "window/frame", "keep_clouds/memory", "autosave_file", "publish_values",
-                        "observation_rate", "occupancy_min_z", "robot_grid/frame"});
+                        "start_free", "window/frame", "keep_clouds/memory", "autosave_file",
+                        "publish_values", "observation_rate", "occupancy_min_z",
+                        "robot_grid/frame"});
 }
 
 }  // namespace cuboid_mapping_ros::test
