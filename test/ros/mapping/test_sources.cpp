@@ -143,6 +143,9 @@ TEST(Sources, TakeTheOldNamesOfTheUnitForTheTypesThatTheseWereFor) {
   EXPECT_EQ(unitsOf(group), "0.002 \n? " + ignored);
   group["length_unit"] = 1;
   EXPECT_EQ(unitsOf(group), "1.000 \n? " + ignored);
+  XmlRpcValue bad;
+  bad["depth_unit"] = -0.001;
+  EXPECT_NE(unitsOf(bad).find("\n! depth_unit is -0.001"), std::string::npos) << unitsOf(bad);
 
   XmlRpcValue camera = makeSource("camera", "/depth");
   camera["type"] = "depth_image";

@@ -161,14 +161,15 @@ const std::vector<OtherName>& otherNames() {
       if (group == "sensor_model/" || group == "ground_filter/") {
         names.push_back({toReconfigureName(of.key), of, of.kind,
                          "a leftover of octomap_server's dynamic_reconfigure; `rosparam delete` "
-                         "removes it"});
+                         "removes it",
+                         true});
       }
       if (of.key != "length_unit") continue;
       const std::string origin = "a name of earlier versions, for ";
       names.push_back({"depth_unit", of, number(&S::old_depth_unit_m, of.kind.min, of.kind.max),
-                       origin + "depth images"});
+                       origin + "depth images", false});
       names.push_back({"point_unit", of, number(&S::old_point_unit_m, of.kind.min, of.kind.max),
-                       origin + "clouds and scans"});
+                       origin + "clouds and scans", false});
     }
     return names;
   }();

@@ -58,6 +58,7 @@ struct OtherName {
   ParameterDeclaration of;
   ParameterKind kind;  ///< Place of the value.
   std::string origin;
+  bool is_leftover;  ///< Nobody has written it for this node: a bad value is ignored.
 };
 
 /// Names that octomap_server's dynamic_reconfigure leaves on the parameter server, and some of earlier versions.

@@ -93,6 +93,11 @@ void readOtherName(const XmlRpcValue& group, const OtherName& other, LoadedParam
   if (is_set) {
     fate = "is ignored: " + key + " is set";
   } else if (!other.kind.set(loaded.parameters, *value).empty()) {
+    if (!other.is_leftover) {
+      loaded.errors.push_back({other.name, "is " + describe(*value) + ", but " + key +
+                                               ", its new name, must be " + other.kind.allowed});
+      return;
+    }
     fate = "is ignored: " + key + " must be " + other.kind.allowed;
   }
   loaded.warnings.push_back(
