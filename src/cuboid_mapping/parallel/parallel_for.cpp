@@ -39,10 +39,10 @@ class ThreadPool {
   static ThreadPool& instance() {
     static ThreadPool* pool = new ThreadPool;
     // A forked process has none of the threads, and could not end what they have begun.
-    static const int is_watched =
+    static const int kIsWatched =
         pthread_atfork([] { pool->lockBetweenBackgroundWork(); }, [] { pool->mutex_.unlock(); },
                        [] { pool = new ThreadPool; });
-    (void)is_watched;
+    (void)kIsWatched;
     return *pool;
   }
 
