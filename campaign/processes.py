@@ -29,6 +29,12 @@ class Processes:
                 process.kill()
 
 
+def cpu_s(pid):
+    with open(f'/proc/{pid}/stat', encoding='ascii') as stat:
+        user, system = stat.read().rsplit(')', 1)[1].split()[11:13]
+    return (int(user) + int(system)) / os.sysconf('SC_CLK_TCK')
+
+
 def find_program(name, package='cuboid_mapping'):
     folders = os.environ.get('CMAKE_PREFIX_PATH', '').split(':')
     for folder in folders:
