@@ -44,7 +44,7 @@ class ReadmeTest(unittest.TestCase):
         text = (ROOT / 'README.md').read_text()
         rows = read_rows(text[text.index('## How fast'):text.index('## The paper')])[1:]
         runs = json.loads((ROOT / 'doc/performance/octomap_server.json').read_text())['runs']
-        settings = [('kitti_0005_city', 0.2, 50), ('sim_fr079', 0.05, 5), ('drive', 0.1, 5)]
+        settings = [('kitti_0005_city', 0.1, 50), ('sim_fr079', 0.05, 5), ('drive', 0.1, 5)]
         self.assertEqual(len(rows), len(settings))
         for row, setting in zip(rows, settings):
             of_servers = collections.defaultdict(list)
