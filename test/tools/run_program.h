@@ -52,6 +52,10 @@ class TemporaryFolder {
   std::filesystem::path path_;
 };
 
+inline bool mentions(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
 inline std::string readText(const std::string& file) {
   std::ostringstream text;
   text << std::ifstream(file, std::ios::binary).rdbuf();

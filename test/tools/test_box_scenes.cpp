@@ -24,12 +24,9 @@
 namespace cuboid_mapping {
 namespace {
 
+using test::mentions;
 using test::runProgram;
 using test::TemporaryFolder;
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
 
 /// A box with centre and size.
 struct Box {
@@ -218,7 +215,7 @@ TEST_F(ConvertedBoxes, areAllJoinedCuboidsOrAsManyAsAskedFor) {
   for (const std::string ending : {"scene", "yaml", "world", "sdf", "urdf"}) {
     const test::ProgramEnd end = convert("all." + ending);
     ASSERT_EQ(end.status, 0) << end.err;
-    EXPECT_TRUE(contains(end.out, ": 3 joined cuboids")) << end.out;
+    EXPECT_TRUE(mentions(end.out, ": 3 joined cuboids")) << end.out;
   }
   std::string name;
   const Boxes all = readMoveit(read("all.scene"), name);
@@ -232,8 +229,8 @@ TEST_F(ConvertedBoxes, areAllJoinedCuboidsOrAsManyAsAskedFor) {
 
   const test::ProgramEnd few = convert("few.scene", {"--boxes", "2"});
   ASSERT_EQ(few.status, 0) << few.err;
-  EXPECT_TRUE(contains(few.out, "2 boxes, 4.1")) << few.out;
-  EXPECT_TRUE(contains(few.out, " added")) << few.out;
+  EXPECT_TRUE(mentions(few.out, "2 boxes, 4.1")) << few.out;
+  EXPECT_TRUE(mentions(few.out, " added")) << few.out;
   EXPECT_EQ(readMoveit(read("few.scene"), name).size(), 2U);
 
   const test::ProgramEnd part =
@@ -250,15 +247,15 @@ TEST_F(ConvertedBoxes, keepSpaceFree) {
   ASSERT_EQ(end.status, 0) << end.err;
   const test::ProgramEnd too_few = convert("free.scene", {"--boxes", "1", "--keep-free", robot});
   EXPECT_EQ(too_few.status, 1);
-  EXPECT_TRUE(contains(too_few.err, "would be")) << too_few.err;
+  EXPECT_TRUE(mentions(too_few.err, "would be")) << too_few.err;
 }
 
 TEST_F(ConvertedBoxes, ofACsvFileAreJoined) {
   ASSERT_EQ(convert("joined.csv", {"--joined"}).status, 0);
   const std::string text = read("joined.csv");
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1 + 4) << text;
-  EXPECT_TRUE(contains(text, "0,0,0,5,0.2,2,0.731059,occupied\n")) << text;
-  EXPECT_TRUE(contains(text, "0.5,0.5,0,2,2,2,0.268941,free\n")) << text;
+  EXPECT_TRUE(mentions(text, "0,0,0,5,0.2,2,0.731059,occupied\n")) << text;
+  EXPECT_TRUE(mentions(text, "0.5,0.5,0,2,2,2,0.268941,free\n")) << text;
 }
 
 TEST_F(ConvertedBoxes, sayWhatIsWrong) {
@@ -280,7 +277,7 @@ TEST_F(ConvertedBoxes, sayWhatIsWrong) {
   for (const auto& [arguments, text] : cases) {
     const test::ProgramEnd end = convert(arguments[0], {arguments.begin() + 1, arguments.end()});
     EXPECT_EQ(end.status, 1) << text;
-    EXPECT_TRUE(contains(end.err, text)) << end.err;
+    EXPECT_TRUE(mentions(end.err, text)) << end.err;
     EXPECT_FALSE(std::filesystem::exists(folder_ / arguments[0]));
   }
 }
@@ -297,7 +294,7 @@ TEST_F(ConvertedBoxes, areDrawnJoined) {
   const std::string tiles = test::readText(picture);
   ASSERT_EQ(draw({"--color-by", "size", "--cells", "joined"}).status, 0);
   EXPECT_NE(test::readText(picture), tiles);
-  EXPECT_TRUE(contains(draw({"--cells", "joined"}).err, "--color-by size"));
+  EXPECT_TRUE(mentions(draw({"--cells", "joined"}).err, "--color-by size"));
 }
 
 }  // namespace
