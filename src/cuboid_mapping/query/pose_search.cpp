@@ -202,7 +202,7 @@ void PoseSearch::findPlacesAround(const Eigen::Vector3d& center, double radius_m
   for (Cell at = around.min; at.z < around.max.z; ++at.z) {
     for (at.y = around.min.y; at.y < around.max.y; ++at.y) {
       for (at.x = around.min.x; at.x < around.max.x; ++at.x) {
-        if (!body_.budget().spend()) return;
+        if (!body_.budget().spendAndUnlock()) return;
         if ((lattice_.position(at) - center).norm() <= radius_m) places.push_back(at);
       }
     }
@@ -215,6 +215,7 @@ void PoseSearch::reachExits() {
   std::vector<Cell> places;
   findPlacesAround(center, std::min(task_.start_tolerance_m, farthest(center)), places);
   for (const Cell& place : places) {
+    if (!body_.budget().spendAndUnlock()) return;
     for (int heading = 0; heading < PoseLattice::kNumHeadings; ++heading) {
       const Number exit = numberOf({place, heading});
       const double length_m = cost(task_.start_map, pose(exit));
@@ -239,6 +240,7 @@ bool PoseSearch::moveGoal() {
                      [&](const Cell& a, const Cell& b) { return distance(a) < distance(b); });
     for (const Cell& place : places) {
       if (distance(place) <= tried_m) continue;
+      if (!body_.budget().spendAndUnlock()) return false;
       Eigen::Isometry3d pose = task_.goal_map;
       pose.translation() = lattice_.position(place);
       if (body_.findContact(pose)) continue;
