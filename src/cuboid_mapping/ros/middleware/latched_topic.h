@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "cuboid_mapping/ros/middleware/publish.h"
+
 #include <ros/advertise_options.h>
 #include <ros/node_handle.h>
 #include <ros/publisher.h>
@@ -30,7 +32,7 @@ class LatchedTopic {
       : latch_(nh.advertise<MessageT>(name, queue_size, /*latch=*/true)),
         publisher_(nh.advertise<MessageT>(name, queue_size, on_connect, on_disconnect)) {}
 
-  void publish(const MessageT& message) const { publisher_.publish(message); }
+  void publish(const MessageT& message) const { publishLarge(publisher_, message); }
   [[nodiscard]] bool hasListeners() const { return publisher_.getNumSubscribers() > 0; }
   [[nodiscard]] std::string name() const { return publisher_.getTopic(); }
 

@@ -5,6 +5,7 @@
 #include "cuboid_mapping/ros/map/map_storage.h"
 #include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/names.h"
+#include "cuboid_mapping/ros/middleware/publish.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 #include "cuboid_mapping/ros/parameters/parameter_table.h"
 #include "cuboid_mapping/sharing/map_follower.h"
@@ -22,8 +23,6 @@ constexpr std::uint32_t kQueueSize = 2;
 constexpr std::uint32_t kUpdatesQueue = 20;
 /// Time between two parts of a keyframe.
 constexpr double kTimerPeriod_s = 0.05;
-/// Maximum share of time for images: a keyframe that takes a second comes every 20 s at most.
-constexpr double kShareOfTime = 0.05;
 
 /// Bricks in a message of about 100 MB: the whole map is not much larger.
 constexpr std::size_t kMaxDeltaBricks = 200000;
@@ -89,7 +88,7 @@ MapImageServer::Kept& MapImageServer::current(MapDetail detail) {
   std::vector<Message> parts = makeParts(whole);
   if (kept_.size() == kKept) kept_.pop_front();
   const ros::SteadyTime end = ros::SteadyTime::now();
-  kept_.push_back({detail, std::move(parts), end, end + (end - start) * (1.0 / kShareOfTime)});
+  kept_.push_back({detail, std::move(parts), end, endOfRest(start, end)});
   return kept_.back();
 }
 
@@ -199,7 +198,7 @@ void MapPublisher::onChanges(const MapChanges& changes) {
 
 void MapPublisher::publish() {
   published_revision_ = message_.delta.revision;
-  if (message_.delta.instance != 0) delta_publisher_.publish(toMessage(message_));
+  if (message_.delta.instance != 0) publishLarge(delta_publisher_, toMessage(message_));
   images_.noteUpdate(published_revision_);
   if (message_.delta.is_everything) images_.publishSoon();
 }
