@@ -31,9 +31,11 @@ void MarkerPublisher::readMap() {
 }
 
 void MarkerPublisher::publish() {
-  if (num_listeners_ == 0) return;
+  const ros::SteadyTime start = ros::SteadyTime::now();
+  if (num_listeners_ == 0 || start < next_) return;
   if (cache_.hasChanges()) publishDifference();
   if (isKeyframeDue()) publishPicture();
+  next_ = endOfRest(start, ros::SteadyTime::now());
 }
 
 bool MarkerPublisher::isKeyframeDue() const {

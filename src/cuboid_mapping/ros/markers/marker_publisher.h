@@ -4,6 +4,7 @@
 #include "cuboid_mapping/ros/map/guarded_map.h"
 #include "cuboid_mapping/ros/markers/marker_cache.h"
 #include "cuboid_mapping/ros/middleware/latched_topic.h"
+#include "cuboid_mapping/ros/parameters/parameters.h"
 
 #include <ros/duration.h>
 #include <ros/node_handle.h>
@@ -43,7 +44,8 @@ class MarkerPublisher {
 
   [[nodiscard]] bool hasListeners() const { return num_listeners_ > 0; }
 
-  /// Publishes the changes since the last call, if there are any, and subscribers.
+  /// Publishes the changes since the last call, if there are any, and subscribers. After messages that took long, later
+  /// changes wait for a later call, see endOfRest().
   void publish();
 
  private:
@@ -62,6 +64,7 @@ class MarkerPublisher {
   bool owes_keyframe_ = false;  ///< Differences have been sent since the last picture.
   ros::WallDuration keyframe_period_;
   ros::SteadyTime last_picture_;
+  ros::SteadyTime next_;                                 ///< Nothing is published before.
   LatchedTopic<visualization_msgs::MarkerArray> topic_;  ///< Last: its callbacks use the others.
 };
 
