@@ -38,7 +38,6 @@ constexpr double kBudgetOfFrame = 2.0;
 /// Maximum time for new faces in each frame, so that rviz stays responsive.
 constexpr double kMaxBudget_s = 0.25;
 constexpr std::chrono::milliseconds kReportPeriod{500};
-
 /// Time without motion after which a view is at rest.
 constexpr std::chrono::milliseconds kRest{300};
 /// If frames of a view at rest take longer, it is drawn with coarser cells while it moves.
@@ -225,8 +224,9 @@ void CuboidMapDisplay::takeChanges() {
 }
 
 bool CuboidMapDisplay::updateLayers() {
-  const rviz::ViewController* controller = context_->getViewManager()->getCurrent();
+  rviz::ViewController* controller = context_->getViewManager()->getCurrent();
   if (controller == nullptr || !has_map_) return false;
+  first_look_.update(*source_, *scene_node_, *controller);
   const ViewRay ray = findViewRay(*controller->getCamera(), *scene_node_);
   bool is_changed = false;
   for (const auto& layer : layers_) is_changed |= layer->update(*source_, *scene_node_, ray);

@@ -3,6 +3,7 @@
 
 #ifndef Q_MOC_RUN
 #include "face_scene.h"
+#include "first_look.h"
 #include "map_layer.h"
 #include "map_source.h"
 
@@ -85,6 +86,7 @@ class CuboidMapDisplay : public rviz::Display {
   std::unique_ptr<MapSource> source_;
   std::unique_ptr<FaceScene> scene_;               ///< Destroyed before the source.
   std::vector<std::unique_ptr<MapLayer>> layers_;  ///< Cleared before the source is destroyed.
+  FirstLook first_look_{*this};
   bool has_map_ = false;
   const Clock::time_point start_ = Clock::now();
   Clock::time_point last_report_;

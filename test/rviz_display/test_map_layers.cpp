@@ -10,6 +10,8 @@
 
 #include <gtest/gtest.h>
 #include <ros/ros.h>
+#include <rviz/view_controller.h>
+#include <rviz/view_manager.h>
 
 #include <OgreMaterialManager.h>
 #include <OgreSceneManager.h>
@@ -244,6 +246,22 @@ TEST_F(MapLayers, AreGoneWithoutATraceWhenTheyAreSwitchedOff) {
   for (const auto& item : Ogre::TextureManager::getSingleton().getResourceIterator()) {
     EXPECT_NE(item.second->getName().find("cuboid_mapping/image"), 0U);
   }
+}
+
+TEST_F(MapLayers, LookAtAMapFarFromTheOriginOnceItIsThere) {
+  change(kAllCells, {{{{4000, 0, 0}, {4080, 60, 8}}, kOccupied}});
+  rviz::Property* look = display().subProp("Look at map");
+  look->setValue(true);
+  EXPECT_TRUE(window().updateUntil([&] { return !look->getValue().toBool(); }));
+  rviz::Property* view = window().manager().getViewManager()->getCurrent();
+  const auto focus = [&](const char* axis) {
+    return view->subProp("Focal Point")->subProp(axis)->getValue().toDouble();
+  };
+  EXPECT_NEAR(focus("X"), 404.0, 1e-3);
+  EXPECT_NEAR(focus("Y"), 3.0, 1e-3);
+  EXPECT_NEAR(focus("Z"), 0.4, 1e-3);
+  EXPECT_NEAR(view->subProp("Distance")->getValue().toDouble(), 10.0, 0.1);
+  for (const char* axis : {"X", "Y", "Z"}) view->subProp("Focal Point")->subProp(axis)->setValue(0);
 }
 
 TEST_F(MapLayers, SayWhatIsWrongWithAProperty) {
