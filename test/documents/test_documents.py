@@ -15,7 +15,7 @@ PROGRAMS = [path.read_text() for path in sorted((ROOT / 'examples').rglob('*')) 
 GUIDES = ('clean_maps', 'compare', 'display', 'faq', 'first_map', 'fleet', 'install', 'interface', 'library', 'method', 'octomap_server', 'plan',
           'planner_guide', 'poses', 'python', 'sensors', 'troubleshooting', 'tutorial', 'window')
 # First words of command lines that do not belong to this package.
-OTHERS = {'.', 'catkin_make', 'cd', 'cmake', 'ctest', 'pip', 'python3', 'rosdep', 'rostopic', 'sudo', 'wget'}
+OTHERS = {'.', 'catkin_make', 'cd', 'cmake', 'ctest', 'export', 'pip', 'python3', 'rosdep', 'rostopic', 'sudo', 'wget'}
 
 
 def read_blocks(page):
