@@ -219,5 +219,22 @@ TEST(BoxCover, saysThatItsBudgetIsSpent) {
   }
 }
 
+TEST(BoxCover, manyBoxesOfTheTaskCountAndTakeTurnsWithOthers) {
+  Random random(3917);
+  const CellBox area{{-60, -60, -10}, {60, 60, 10}};
+  const CuboidMap map = makeMap(randomBoxes(random, area, 100));
+  CoverTask kept;
+  kept.max_boxes = 3;
+  CoverTask begun = kept;
+  kept.keep_free.assign(20000, {{500, 0, 0}, {501, 1, 1}});
+  for (int i = 0; i < 20000; ++i) begun.previous.push_back(test::randomBox(random, area, 3));
+  for (const CoverTask& task : {kept, begun}) {
+    int num_turns = 0;
+    Budget budget({INFINITY, 100000}, {[&num_turns] { ++num_turns; }, 0.0});
+    EXPECT_EQ(coverOccupied(map, task, budget).status, AnswerStatus::kBudgetSpent);
+    EXPECT_GT(num_turns, 200);
+  }
+}
+
 }  // namespace
 }  // namespace cuboid_mapping

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <map>
 #include <utility>
 
 namespace cuboid_mapping {
@@ -25,16 +26,30 @@ bool isLarger(const CellBox& a, const CellBox& b) {
   return a.min != b.min ? a.min < b.min : a.max < b.max;
 }
 
+/// The boxes without the cells of the holes; of some holes if the budget is spent.
+std::vector<CellBox> without(std::vector<CellBox> boxes, const std::vector<CellBox>& holes,
+                             Budget& budget) {
+  for (const CellBox& hole : holes) {
+    if (!budget.spendAndUnlock(boxes.size() / kBoxesPerBrick)) break;
+    boxes = subtractAll(std::move(boxes), {hole});
+  }
+  return boxes;
+}
+
 /// Unchanged boxes at their places in an earlier list, the others, the largest first, in the gaps and at the end.
 std::vector<CellBox> inOrderOf(const std::vector<CellBox>& previous, std::vector<CellBox> boxes) {
   std::sort(boxes.begin(), boxes.end(), isLarger);
   std::vector<CellBox> ordered(boxes.size());
   std::vector<CellBox> others;
+  std::map<std::pair<Cell, Cell>, std::size_t> places;  // The first one of each box.
+  for (std::size_t i = 0; i < previous.size(); ++i) {
+    places.emplace(std::pair(previous[i].min, previous[i].max), i);
+  }
   for (const CellBox& box : boxes) {
-    const auto at = static_cast<std::size_t>(std::find(previous.begin(), previous.end(), box) -
-                                             previous.begin());
-    if (at < ordered.size() && at < previous.size() && ordered[at].isEmpty()) {
-      ordered[at] = box;
+    const auto place = places.find({box.min, box.max});
+    if (place != places.end() && place->second < ordered.size() &&
+        ordered[place->second].isEmpty()) {
+      ordered[place->second] = box;
     } else {
       others.push_back(box);
     }
@@ -177,11 +192,11 @@ class CoverSearch {
     std::vector<CellBox> boxes;
     for (const CellBox& box : task_.previous) {
       const bool may_stay = !box.isEmpty() && task_.region.contains(box) &&
-                            isAllowed(box, keep_free_) && voxels_.count(box) > 0.0;
+                            isAllowed(box, keep_free_, budget_) && voxels_.count(box) > 0.0;
       if (may_stay) boxes.push_back(box);
     }
     if (boxes.empty()) return {};
-    const std::vector<CellBox> others = subtractAll(occupied_, boxes);
+    const std::vector<CellBox> others = without(occupied_, boxes, budget_);
     boxes.insert(boxes.end(), others.begin(), others.end());
     BoxMerger merger(boxes, keep_free_, cost_, budget_);
     merger.mergeTo(max_boxes_);
@@ -215,7 +230,7 @@ Answer<BoxCover> coverOccupied(const CuboidMap& map, const CoverTask& task, Budg
   const auto joined = joinCuboids(still, task.region, CuboidFilter::kOccupied, budget);
   for (const Cuboid& cuboid : joined.value) occupied.push_back(cuboid.box);
   const double num_occupied = sumOfVolumes(occupied);
-  occupied = subtractAll(std::move(occupied), task.keep_free);
+  occupied = without(std::move(occupied), task.keep_free, budget);
   const double num_covered = sumOfVolumes(occupied);
 
   CoverSearch search(still, task, occupied, budget);

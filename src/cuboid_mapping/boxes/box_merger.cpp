@@ -12,7 +12,8 @@ double countOutside(const CellBox& a, const CellBox& b) {
   return unite(a, b).numVoxels() - a.numVoxels() - b.numVoxels() + intersect(a, b).numVoxels();
 }
 
-bool isAllowed(const CellBox& both, const std::vector<CellBox>& keep_free) {
+bool isAllowed(const CellBox& both, const std::vector<CellBox>& keep_free, Budget& budget) {
+  if (!budget.spendAndUnlock(keep_free.size() / kBoxesPerBrick)) return false;
   constexpr double kMostBricks = 1 << 22;
   return numBricks(both) <= kMostBricks &&
          std::none_of(keep_free.begin(), keep_free.end(),
@@ -100,7 +101,8 @@ void BoxMerger::findPartner(Index box) {
     if (!(candidate < best.back())) continue;
     const CellBox both = unite(mine, boxes_[other]);
     const auto is_in_both = [&](const CellBox& refused) { return both.contains(refused); };
-    if (!isAllowed(both, keep_free_) || std::any_of(refused_.begin(), refused_.end(), is_in_both)) {
+    if (!isAllowed(both, keep_free_, budget_) ||
+        std::any_of(refused_.begin(), refused_.end(), is_in_both)) {
       continue;
     }
     best.back() = candidate;

@@ -13,9 +13,13 @@ namespace cuboid_mapping {
 /// Voxels of the union that lie in neither box; other boxes may cover some of them.
 [[nodiscard]] double countOutside(const CellBox& a, const CellBox& b);
 
+/// Number of boxes that are compared with another one in about the time of a brick.
+constexpr std::size_t kBoxesPerBrick = 256;
+
 /// Whether a union may be part of a cover: it meets no kept space, and has at most 2^22 bricks, so that
-/// remote voxels cost no memory.
-[[nodiscard]] bool isAllowed(const CellBox& both, const std::vector<CellBox>& keep_free);
+/// remote voxels cost no memory. Not when the budget is spent.
+[[nodiscard]] bool isAllowed(const CellBox& both, const std::vector<CellBox>& keep_free,
+                             Budget& budget);
 
 /// The union of two boxes, and the boxes that it does not contain.
 [[nodiscard]] std::vector<CellBox> withUnion(const std::vector<CellBox>& boxes,

@@ -156,7 +156,9 @@ std::vector<CellBox> CoverExchange::findUnions(const std::vector<CellBox>& boxes
   for (std::size_t i = 0; i < boxes.size(); ++i) {
     for (std::size_t k = 0; k < i; ++k) {
       const CellBox both = unite(boxes[i], boxes[k]);
-      if (isAllowed(both, keep_free_)) unions.emplace_back(countOutside(boxes[i], boxes[k]), both);
+      if (isAllowed(both, keep_free_, budget_)) {
+        unions.emplace_back(countOutside(boxes[i], boxes[k]), both);
+      }
     }
   }
   std::stable_sort(unions.begin(), unions.end(), is_less);
