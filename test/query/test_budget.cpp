@@ -21,6 +21,7 @@
 #include <cstring>
 #include <functional>
 #include <limits>
+#include <stdexcept>
 #include <string>
 #include <thread>
 
@@ -103,8 +104,16 @@ TEST(Budget, endsWithItsTime) {
   EXPECT_GE(num_spent, 255U) << "the clock is not read for every brick";
   Budget late(QueryLimits{0.0});
   EXPECT_FALSE(late.checkClock());
-  Budget endless(QueryLimits{std::nan("")});
-  EXPECT_TRUE(endless.checkClock());
+}
+
+TEST(Budget, refusesATimeThatIsNaNAndEndsWithOneThatIsOver) {
+  EXPECT_THROW(Budget(QueryLimits{std::nan("")}), std::invalid_argument);
+  EXPECT_THROW(Budget({}, {[] {}, std::nan(""), nullptr}), std::invalid_argument);
+  for (const double time_s : {-0.5, -1e300, -std::numeric_limits<double>::infinity()}) {
+    Budget budget(QueryLimits{time_s});
+    EXPECT_FALSE(budget.checkClock()) << time_s;
+    EXPECT_EQ(budget.whyEnded(), BudgetLimit::kTime) << time_s;
+  }
 }
 
 TEST(Budget, withoutLimitsIsNeverSpent) {

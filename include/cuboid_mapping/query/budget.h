@@ -17,7 +17,8 @@ namespace cuboid_mapping {
 
 /// Limits of a query; none by default.
 struct QueryLimits {
-  double time_s = std::numeric_limits<double>::infinity();  ///< From the budget's construction on.
+  /// From the budget's construction on; a time < 0 is over at once.
+  double time_s = std::numeric_limits<double>::infinity();
   /// Bricks of 8 x 8 x 8 voxels, cuboids and similar items that the query reads. Items that a search keeps
   /// count several times, so that this limits memory, too.
   std::uint64_t max_bricks = std::numeric_limits<std::uint64_t>::max();
@@ -52,6 +53,7 @@ class Budget {
   /// Without a limit: never spent.
   Budget() = default;
   /// Its time begins now. @pre unlock.yield is set if unlock.period_s is finite.
+  /// @throws std::invalid_argument  A time is NaN.
   explicit Budget(const QueryLimits& limits, MapUnlock unlock = {});
 
   /// A budget without a limit, for all threads.

@@ -2,6 +2,8 @@
 #include "cuboid_mapping/query/budget.h"
 
 #include <algorithm>
+#include <cmath>
+#include <stdexcept>
 #include <utility>
 
 namespace cuboid_mapping {
@@ -14,9 +16,12 @@ constexpr double kForever_s = 1e9;
 
 std::chrono::steady_clock::time_point after(double time_s) {
   using Clock = std::chrono::steady_clock;
-  if (!(time_s < kForever_s)) return Clock::time_point::max();
-  return Clock::now() +
-         std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(time_s));
+  if (std::isnan(time_s)) {
+    throw std::invalid_argument("a time of a budget is NaN: give seconds; infinity is no limit");
+  }
+  if (time_s >= kForever_s) return Clock::time_point::max();
+  return Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                            std::chrono::duration<double>(std::max(time_s, 0.0)));
 }
 
 }  // namespace
