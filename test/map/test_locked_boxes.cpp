@@ -167,6 +167,17 @@ TEST(CuboidMap, isNotExchangedWithOneOfAnotherConfig) {
   expect_refusal([](MapConfig& config) { config.environment = Environment::kStatic; });
   expect_refusal([](MapConfig& config) { config.sensor_model.hit = 0.8; });
   expect_refusal([](MapConfig& config) { config.rtree.max_branches += 1; });
+  MapConfig growth;
+  growth.fusion = FusionKind::kGrowth;
+  CuboidMap growing(growth);
+  CuboidMap alike(growth);
+  EXPECT_NO_THROW(growing.exchange(alike));
+  growth.growth.settle_clouds = 3;
+  CuboidMap sooner(growth);
+  EXPECT_THROW(growing.exchange(sooner), std::invalid_argument);
+  growth.growth.alpha_max = 0.5;
+  CuboidMap larger(growth);
+  EXPECT_THROW(sooner.exchange(larger), std::invalid_argument);
 }
 
 TEST(LockOfCuboidMap, keepsCloudsAndNothingElseFromChangingVoxels) {

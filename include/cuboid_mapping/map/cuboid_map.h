@@ -137,8 +137,8 @@ class CuboidMap {
 
   /// Exchanges all voxels and cuboids with another map, which may have been built while this one was
   /// in use. Locks stay. @complexity O(1).
-  /// @throws std::invalid_argument  Resolution, fusion, environment, sensor model or order of the R-tree differ; both
-  ///         maps are as they were.
+  /// @throws std::invalid_argument  Resolution, fusion, its growth, environment, sensor model or order of the R-tree
+  ///         differ; both maps are as they were.
   ChangeSet exchange(CuboidMap& other);
 
   /// Keeps clouds from changing the voxels of a box, known or not. replace() and exchange() still change them.

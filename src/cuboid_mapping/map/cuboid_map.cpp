@@ -24,6 +24,12 @@ CuboidSource sourceOf(FusionKind fusion) {
   return CuboidSource::kVoxels;
 }
 
+/// Whether cells grow by the same rules, from whichever samples.
+bool growsAlike(const GrowthConfig& a, const GrowthConfig& b) {
+  return a.settle_clouds == b.settle_clouds && a.alpha_min == b.alpha_min &&
+         a.alpha_max == b.alpha_max && a.rules == b.rules;
+}
+
 }  // namespace
 
 CuboidMap::CuboidMap(const MapConfig& config)
@@ -147,7 +153,8 @@ ChangeSet CuboidMap::exchange(CuboidMap& other) {
   const MapConfig& b = other.config_;
   if (a.resolution_m != b.resolution_m || a.fusion != b.fusion || a.environment != b.environment ||
       a.sensor_model != b.sensor_model || a.rtree.max_branches != b.rtree.max_branches ||
-      a.rtree.min_branches != b.rtree.min_branches) {
+      a.rtree.min_branches != b.rtree.min_branches ||
+      (growth_ && !growsAlike(a.growth, b.growth))) {
     throw std::invalid_argument(
         "maps of different configs cannot be exchanged: make both with one");
   }
