@@ -87,6 +87,10 @@ TEST(CheckConfig, looksAtGrowthWhereItIsChosen) {
                                              "growth.alpha_max", "growth.settle_clouds"};
   EXPECT_EQ(fieldsOf(checkConfig(config)), expected);
   config.growth = {};
+  config.growth.settle_clouds = std::numeric_limits<int>::max();
+  EXPECT_EQ(fieldsOf(checkConfig(config)), std::vector<std::string>{"growth.settle_clouds"})
+      << "a list with room for each of them";
+  config.growth = {};
   for (const double per_m : {100.1, 1e30, -1.0, std::nan(""), HUGE_VAL}) {
     config.growth.sampling.per_m = per_m;
     EXPECT_EQ(fieldsOf(checkConfig(config)), std::vector<std::string>{"growth.sampling.per_m"})

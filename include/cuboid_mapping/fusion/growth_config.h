@@ -13,8 +13,12 @@ class GrowthRules;
 /// Parameters of the fusion of the paper, Section IV-B.
 struct GrowthConfig {
   BeamSampling sampling{
-      0.1, 1};             ///< Random cells along the beams; they start to grow, as end points do.
-  int settle_clouds = 10;  ///< Clouds that a split-off voxel waits before it may fuse again.
+      0.1, 1};  ///< Random cells along the beams; they start to grow, as end points do.
+  /// Clouds that a split-off voxel waits before it may fuse again, 0 to kMaxSettleClouds.
+  ///@{
+  static constexpr int kMaxSettleClouds = 1'000'000;
+  int settle_clouds = 10;
+  ///@}
   /// Probabilities beyond which voxels may fuse (paper, conditions (7) and (8)), at most 0.5 and at least 0.5. Nothing:
   /// the clamping thresholds, also where these are nearer to 0.5. With 0.5 and 0.5 all voxels of a class may fuse.
   ///@{

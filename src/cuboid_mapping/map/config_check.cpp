@@ -48,8 +48,8 @@ void check(const GrowthConfig& growth, Checker& checker) {
   checker.expectWithin("growth.alpha_min", growth.alpha_min.value_or(0.5), 1.0 - kMostOccupied,
                        0.5);
   checker.expectWithin("growth.alpha_max", growth.alpha_max.value_or(0.5), 0.5, kMostOccupied);
-  checker.expect(growth.settle_clouds >= 0, "growth.settle_clouds", growth.settle_clouds,
-                 "0 or more");
+  checker.expectWithin("growth.settle_clouds", growth.settle_clouds, 0,
+                       GrowthConfig::kMaxSettleClouds);
 }
 
 void check(const RTreeConfig& rtree, Checker& checker) {
