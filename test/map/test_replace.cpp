@@ -204,6 +204,26 @@ TEST(ReplaceInCuboidMap, takesBoxesOfAnySize) {
   EXPECT_EQ(map.voxels().numOccupiedVoxels(), kBox.numVoxels());
 }
 
+/// No map has voxels or locks there, and no file could keep them.
+TEST(ReplaceInCuboidMap, cutsBoxesAtTheLimitsOfAMap) {
+  constexpr std::int32_t kMost = std::numeric_limits<std::int32_t>::max();
+  constexpr CellBox kOutside{{kMost - 3, kMost - 3, kMost - 3}, {kMost, kMost, kMost}};
+  constexpr CellBox kAcross{{Grid::kMaxCell - 1, 0, 0}, {kMost, 1, 1}};
+  constexpr CellBox kLast{{Grid::kMaxCell - 1, 0, 0}, {Grid::kMaxCell, 1, 1}};
+  CuboidMap map;
+  const VoxelBrick brick{brickOf(kOutside.min), PackedVoxels(BrickMask::all(), 1.0F)};
+  EXPECT_TRUE(map.replace(kOutside, {UniformBox{kOutside, 1.0F}}).bricks.empty());
+  EXPECT_TRUE(map.replace(kOutside, {brick}).bricks.empty());
+  map.replace(kAcross, {UniformBox{kAcross, 1.0F}});
+  EXPECT_EQ(map.bounds(), kLast);
+  map.lock(kAcross);
+  map.lock(kOutside);
+  EXPECT_EQ(map.lockedBoxes(), std::vector<CellBox>{kLast});
+  map.setLocked({kOutside, kAcross});
+  EXPECT_EQ(map.lockedBoxes(), std::vector<CellBox>{kLast});
+  EXPECT_FALSE(findFault(takeSnapshot(map, "")));
+}
+
 TEST(ReplaceInCuboidMap, shrinksTheBoundsWithWhatIsErased) {
   CuboidMap map;
   const CellBox far{{80, 0, -40}, {83, 2, -39}};

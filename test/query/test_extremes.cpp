@@ -39,6 +39,12 @@ constexpr CellBox kLast{{Grid::kMaxCell - 1, Grid::kMaxCell - 1, Grid::kMaxCell 
 constexpr CellBox kFirst{{-Grid::kMaxCell, -Grid::kMaxCell, -Grid::kMaxCell},
                          {1 - Grid::kMaxCell, 1 - Grid::kMaxCell, 1 - Grid::kMaxCell}};
 
+constexpr std::int32_t kMost = std::numeric_limits<std::int32_t>::max();
+constexpr std::int32_t kLeast = std::numeric_limits<std::int32_t>::min();
+constexpr CellBox kBeyond{{kMost - 3, 0, kMost - 3}, {kMost, 3, kMost}};
+constexpr CellBox kBelow{{kLeast, 0, kLeast}, {kLeast + 3, 3, kLeast + 3}};
+constexpr CellBox kWhole{{kLeast, kLeast, kLeast}, {kMost, kMost, kMost}};
+
 /// Numbers that a broken program asks about, and numbers at the limits.
 const std::vector<double> kCoordinates{0.0,   kNearEnd_m, -kNearEnd_m, 4.0 * kNearEnd_m, 1e18,
                                        -1e18, 1e300,      -1e308,      1e-300,           -0.0,
@@ -143,7 +149,7 @@ TEST(Extremes, ofBoxes) {
         EXPECT_TRUE(is_box || !isFree(map, {a, b}, policy, few));
       }
     }
-    for (const CellBox& cells : {kAllCells, kFirst, kLast, CellBox{}}) {
+    for (const CellBox& cells : {kAllCells, kFirst, kLast, CellBox{}, kBeyond, kBelow, kWhole}) {
       Budget budget = small();
       const auto found = queryCells(map, cells, budget);
       EXPECT_EQ(found->occupied_volume_m3 > 0.0, isAnyOccupied(map, cells));
@@ -233,7 +239,7 @@ TEST(Extremes, ofBodies) {
 
 TEST(Extremes, ofRegions) {
   askAll([](const CuboidMap& map, UnknownPolicy policy) {
-    for (const CellBox& region : {kAllCells, kFirst, kLast, CellBox{}}) {
+    for (const CellBox& region : {kAllCells, kFirst, kLast, CellBox{}, kBeyond, kBelow, kWhole}) {
       Budget budget = small();
       FrontierTask frontiers;
       frontiers.region = region;

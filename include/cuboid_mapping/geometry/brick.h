@@ -39,10 +39,13 @@ template <typename PredicateT>
 [[nodiscard]] bool anyBrick(const CellBox& box, PredicateT holds) {
   if (box.isEmpty()) return false;
   const Cell first = brickOf(box.min);
-  for (std::int32_t z = first.z; z < box.max.z; z += kBrickEdge) {
-    for (std::int32_t y = first.y; y < box.max.y; y += kBrickEdge) {
-      for (std::int32_t x = first.x; x < box.max.x; x += kBrickEdge) {
-        if (holds(Cell{x, y, z})) return true;
+  // In 64 bits: a box may reach to the end of int32.
+  for (std::int64_t z = first.z; z < box.max.z; z += kBrickEdge) {
+    for (std::int64_t y = first.y; y < box.max.y; y += kBrickEdge) {
+      for (std::int64_t x = first.x; x < box.max.x; x += kBrickEdge) {
+        const Cell brick{static_cast<std::int32_t>(x), static_cast<std::int32_t>(y),
+                         static_cast<std::int32_t>(z)};
+        if (holds(brick)) return true;
       }
     }
   }

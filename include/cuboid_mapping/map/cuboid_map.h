@@ -110,7 +110,7 @@ class CuboidMap {
   ///@}
 
   /// Replaces everything inside a box by voxels, exactly: for edits, loading, and copies of another map. Locked
-  /// voxels are replaced, too.
+  /// voxels are replaced, too. A box is cut at kAllCells, also by lock().
   ///
   /// Cases:
   ///   - no bricks: the box becomes unknown;

@@ -30,7 +30,7 @@ class DistanceField {
   static constexpr double kMaxVoxels = 1e9;   ///< Limit of the region and its surroundings.
   static constexpr double kMaxBound = 127.0;  ///< Limit of the bound in voxels.
 
-  /// @param region  Not empty; with its surroundings up to the bound at most kMaxVoxels.
+  /// @param region  In kAllCells, not empty; with its surroundings up to the bound at most kMaxVoxels.
   /// @param bound_m  > 0, at most kMaxBound voxels: farther obstacles are ignored.
   /// @param policy  kObstacle: unknown voxels are obstacles, too.
   /// @throws std::invalid_argument  with the value to change.

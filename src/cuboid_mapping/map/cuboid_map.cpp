@@ -113,8 +113,9 @@ ChangeSet CuboidMap::commit(PendingChange& change) {
 }
 
 ChangeSet CuboidMap::replace(const CellBox& box, std::vector<VoxelBrick> bricks) {
-  if (box.isEmpty()) return finish(false, {});
-  return edit(voxels_.prepareReplace(box, std::move(bricks), {config_.threads}));
+  const CellBox within = intersect(box, kAllCells);
+  if (within.isEmpty()) return finish(false, {});
+  return edit(voxels_.prepareReplace(within, std::move(bricks), {config_.threads}));
 }
 
 ChangeSet CuboidMap::replace(std::vector<VoxelBrick> bricks) {
@@ -131,13 +132,14 @@ ChangeSet CuboidMap::edit(VoxelStore::PendingChange voxels) {
 }
 
 ChangeSet CuboidMap::replace(const CellBox& box, const std::vector<UniformBox>& boxes) {
+  const CellBox within = intersect(box, kAllCells);
   std::vector<UniformBox> parts;
   parts.reserve(boxes.size());
   for (const UniformBox& each : boxes) {
     if (!std::isfinite(each.log_odds)) throw std::invalid_argument("log-odds must be finite");
-    parts.push_back({intersect(each.box, box), each.log_odds});
+    parts.push_back({intersect(each.box, within), each.log_odds});
   }
-  return replace(box, toBricks(parts).bricks);
+  return replace(within, toBricks(parts).bricks);
 }
 
 ChangeSet CuboidMap::setGrownCuboids(const std::vector<Cuboid>& cuboids) {
@@ -166,13 +168,13 @@ ChangeSet CuboidMap::exchange(CuboidMap& other) {
   return finish(true, std::move(changes));
 }
 
-void CuboidMap::lock(const CellBox& box) { locked_->add(box); }
+void CuboidMap::lock(const CellBox& box) { locked_->add(intersect(box, kAllCells)); }
 
 void CuboidMap::unlock(const CellBox& box) { locked_->remove(box); }
 
 void CuboidMap::setLocked(const std::vector<CellBox>& boxes) {
   auto locked = std::make_unique<LockedBoxes>();
-  for (const CellBox& box : boxes) locked->add(box);
+  for (const CellBox& box : boxes) locked->add(intersect(box, kAllCells));
   locked_ = std::move(locked);
 }
 

@@ -33,11 +33,12 @@ CellBox checkedSurroundings(const CellBox& region, double bound) {
         std::to_string(bound));
   }
   const auto reach = static_cast<std::int32_t>(bound + 1e-6);
-  const CellBox around = dilate(region, {reach, reach, reach});
-  if (region.isEmpty() || around.numVoxels() > DistanceField::kMaxVoxels) {
+  const CellBox around = dilate(intersect(region, kAllCells), {reach, reach, reach});
+  if (region.isEmpty() || !kAllCells.contains(region) ||
+      around.numVoxels() > DistanceField::kMaxVoxels) {
     throw std::invalid_argument(
-        "the region of a distance field must not be empty, and have at most 1e9 voxels with its "
-        "surroundings up to the bound, not " +
+        "the region of a distance field must not be empty, lie within the limits of a map, and "
+        "have at most 1e9 voxels with its surroundings up to the bound, not " +
         std::to_string(around.numVoxels()) + ": choose another one");
   }
   return around;

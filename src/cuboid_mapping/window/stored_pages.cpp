@@ -25,7 +25,8 @@ StoredPages::StoredPages(std::unique_ptr<MapStore> store) : store_(std::move(sto
   for (const Cell& page : store_->pages()) pages_.insert(page);
 }
 
-std::vector<Cell> StoredPages::pagesIn(const CellBox& box, std::size_t max_pages) const {
+std::vector<Cell> StoredPages::pagesIn(const CellBox& asked, std::size_t max_pages) const {
+  const CellBox box = intersect(asked, kAllCells);  // Beyond, the places of pages could overflow.
   std::vector<Cell> found;
   if (box.isEmpty()) return found;
   if (numPages(box) > static_cast<double>(pages_.size())) {
