@@ -82,8 +82,11 @@ TEST(WayTolerances, ARobotLeavesAWallThatItTouchesOnTheShortestWay) {
 
 TEST(WayTolerances, ARobotDoesNotLeaveThroughAWall) {
   CorridorTask task = fromTheWall();
-  task.start_tolerance_m = 10.0;
-  EXPECT_EQ(endOf(findTolerantly(roomsOfMetres(false), task)), "between");
+  for (const double tolerance_m : {10.0, 1e300, std::numeric_limits<double>::infinity()}) {
+    task.start_tolerance_m = tolerance_m;
+    Budget few(QueryLimits{1e3, 50'000});  // Places beyond the map are not looked for.
+    EXPECT_EQ(endOf(findCorridor(roomsOfMetres(false), task, kStop, few)), "between");
+  }
   task.start_map.x() = 9.9;  // More than half of the robot is beyond the wall's face.
   EXPECT_EQ(endOf(findTolerantly(roomsOfMetres(false), task)), "between");
   task.start_map.x() = 10.5;  // In the middle of the wall: there is no way out.

@@ -258,7 +258,8 @@ class CorridorSearch {
     const Eigen::Vector3d core_m = robot_.size_m.array() - 2.0 * findDepth();
     if (core_m.minCoeff() <= 0.0) return AnswerStatus::kNotFound;
     NearPlaces around = placesAround(start.center_map);
-    const double last_radius = task_.start_tolerance_m * map_.grid().inverseResolution();
+    const double last_radius =
+        std::min(task_.start_tolerance_m * map_.grid().inverseResolution(), around.farthest());
     double tried_squared = -1.0;
     for (double radius = kFirstRadius; !budget().isSpent(); radius *= 2.0) {
       radius = std::min(radius, last_radius);

@@ -28,13 +28,16 @@ std::vector<NearPlace> NearPlaces::findAll(double max_distance) {
   return std::move(found_);
 }
 
+double NearPlaces::farthest() const {
+  return (point_ - toVector(allowed_.min))
+      .cwiseAbs()
+      .cwiseMax((point_ - toVector(allowed_.max) - span_).cwiseAbs())
+      .norm();
+}
+
 void NearPlaces::search(double max_distance, Wanted wanted) {
   found_.clear();
-  const Eigen::Vector3d farthest =
-      (point_ - toVector(allowed_.min))
-          .cwiseAbs()
-          .cwiseMax((point_ - toVector(allowed_.max) - span_).cwiseAbs());
-  max_squared_ = std::min(max_distance * max_distance, farthest.squaredNorm());
+  max_squared_ = std::pow(std::min(max_distance, farthest()), 2.0);
   const Cell middle = brickOf(floorOf(point_ - half_));
   for (std::int32_t ring = 0; isNear(ring) && !field_.budget().isSpent(); ++ring) {
     searchRing(middle, ring * kBrickEdge, wanted);

@@ -27,6 +27,8 @@ class NearPlaces {
   /// The nearest positions at each place, and between it and its neighbours, the nearest first. Some of them if the
   /// budget is spent.
   [[nodiscard]] std::vector<NearPlace> findAll(double max_distance);
+  /// Distance beyond which there is no allowed position.
+  [[nodiscard]] double farthest() const;
   /// The nearest position in a box of places at all of which the box fits.
   [[nodiscard]] NearPlace nearestIn(const CellBox& places) const;
   /// One of these places that covers the box at a position in it.
