@@ -26,7 +26,7 @@ class BodyProbe {
             const std::optional<CellBox>& region = std::nullopt,
             const Eigen::Vector3d& margin_body = Eigen::Vector3d::Zero())
       : body_(body),
-        margin_body_(margin_body),
+        margin_body_(margin_body.cwiseMin(kMostMargin * map.grid().resolution())),
         grid_(map.grid()),
         cache_(map, policy, budget),
         near_(cache_),
@@ -49,6 +49,9 @@ class BodyProbe {
   [[nodiscard]] std::size_t numPoses() const { return num_poses_; }
 
  private:
+  /// In voxels: no body with such a margin fits, and no coordinate of it overflows.
+  static constexpr double kMostMargin = Grid::kMaxCell / 4.0;
+
   template <typename GrowthT>
   std::optional<PoseContact> find(const Eigen::Isometry3d& T_map_body, const GrowthT& growth);
   template <typename ShapeT>
