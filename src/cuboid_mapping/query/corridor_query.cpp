@@ -49,6 +49,21 @@ std::optional<RobotEnd> toEnd(const Grid& grid, const RobotBox& robot,
   return RobotEnd{center_map, *box};
 }
 
+/// Edges of the robot after it has shrunk on all sides until it touches nothing occupied at an end.
+Eigen::Vector3d coreAt(const RobotEnd& end, const CuboidMap& map, const RobotBox& robot,
+                       Budget& budget) {
+  const Grid& grid = map.grid();
+  const Eigen::Vector3d half = 0.5 * grid.toCellUnits(robot.size_m);
+  const Eigen::Vector3d center = grid.toCellUnits(end.center_map);
+  double depth = 0.0;
+  Obstacles(map, UnknownPolicy::kFree, budget).visit(end.box, [&](const Cell& voxel) {
+    const Eigen::Vector3d beyond = center + half - toVector(voxel);
+    const Eigen::Vector3d before = toVector(voxel) + Eigen::Vector3d::Ones() - (center - half);
+    depth = std::max(depth, beyond.cwiseMin(before).minCoeff());
+  });
+  return robot.size_m.array() - 2.0 * depth * grid.resolution();
+}
+
 double distance(const Cell& a, const Cell& b) { return (toVector(a) - toVector(b)).norm(); }
 
 /// A* over a PlaceGraph, from starts to the places of a goal.
@@ -238,24 +253,11 @@ class CorridorSearch {
     return place.has_value();
   }
 
-  /// How far the robot must shrink on all sides to touch nothing occupied at the start, metres.
-  [[nodiscard]] double findDepth() const {
-    const Eigen::Vector3d half = 0.5 * toUnits(robot_.size_m);
-    const Eigen::Vector3d center = toUnits(start_.center_map);
-    double depth = 0.0;
-    Obstacles(map_, UnknownPolicy::kFree, budget()).visit(start_.box, [&](const Cell& voxel) {
-      const Eigen::Vector3d beyond = center + half - toVector(voxel);
-      const Eigen::Vector3d before = toVector(voxel) + Eigen::Vector3d::Ones() - (center - half);
-      depth = std::max(depth, beyond.cwiseMin(before).minCoeff());
-    });
-    return depth * map_.grid().resolution();
-  }
-
   /// Searches from the nearest place that the robot can leave the start for, then from the next ones.
   AnswerStatus leaveStart(PlaceSearch& search) {
     constexpr double kFirstRadius = 4.0;  // Voxels.
     const RobotEnd start = start_;
-    const Eigen::Vector3d core_m = robot_.size_m.array() - 2.0 * findDepth();
+    const Eigen::Vector3d core_m = coreAt(start, map_, robot_, budget());
     if (core_m.minCoeff() <= 0.0) return AnswerStatus::kNotFound;
     NearPlaces around = placesAround(start.center_map);
     const double last_radius =
@@ -332,9 +334,15 @@ Answer<Corridor> findCorridor(const CuboidMap& map, const CorridorTask& task, Un
     return CorridorSearch(map, task, *robot, *start, *goal, obstacles, region).run();
   };
   return searchUntilItHolds(map, budget, search, [&](const Corridor& corridor) {
-    const Obstacles now(map, policy, Budget::unlimited());
-    return std::none_of(corridor.boxes.begin(), corridor.boxes.end(),
-                        [&](const CellBox& box) { return now.isAny(box); });
+    Budget& unlimited = Budget::unlimited();
+    const Obstacles now(map, policy, unlimited);
+    if (std::any_of(corridor.boxes.begin(), corridor.boxes.end(),
+                    [&](const CellBox& box) { return now.isAny(box); })) {
+      return false;
+    }
+    return corridor.start_distance_m == 0.0 ||
+           isPathFree(map, {corridor.path_map[0], corridor.path_map[1]},
+                      coreAt(*start, map, *robot, unlimited), UnknownPolicy::kFree, unlimited);
   });
 }
 

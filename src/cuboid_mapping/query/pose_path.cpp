@@ -95,6 +95,8 @@ Body shrink(const Body& body, double by_m, const Grid& grid) {
   return smaller;
 }
 
+bool hasParts(const Body& body) { return !body.spheres.empty() || !body.boxes.empty(); }
+
 /// A smaller body that touches nothing occupied at a pose, nor when it begins to move; without parts if none does.
 Body findCore(const CuboidMap& map, const Body& body, const Eigen::Isometry3d& T_map_body,
               Budget& budget) {
@@ -138,8 +140,7 @@ Answer<PosePath> searchOnce(const CuboidMap& map, const PosePathTask& task, Unkn
   const bool is_start_blocked = is_blocked(task.start_map);
   const std::optional<Cell> met_at_start = path.met;
   const Body core = is_start_blocked ? findCore(map, task.body, task.start_map, budget) : Body();
-  const bool may_leave =
-      task.start_tolerance_m > 0.0 && !(core.spheres.empty() && core.boxes.empty());
+  const bool may_leave = task.start_tolerance_m > 0.0 && hasParts(core);
   if (budget.isSpent()) return {AnswerStatus::kBudgetSpent, path};
   if (is_start_blocked && !may_leave) return notFound(path, Blocked::kStart);
   const bool is_goal_blocked = is_blocked(task.goal_map) && !search.moveGoal();
@@ -200,8 +201,14 @@ Answer<PosePath> findPosePath(const CuboidMap& map, const PosePathTask& task, Un
       map, budget, [&] { return searchOnce(map, task, policy, budget); },
       [&](const PosePath& found) {
         const PoseWay& poses = found.T_map_body;
-        const PoseWay free(poses.begin() + (found.start_distance_m > 0.0 ? 1 : 0), poses.end());
-        return checkMotion(map, task.body, free, policy, Budget::unlimited()).isNotFound();
+        const bool leaves = found.start_distance_m > 0.0;
+        const PoseWay free(poses.begin() + (leaves ? 1 : 0), poses.end());
+        Budget& unlimited = Budget::unlimited();
+        if (!checkMotion(map, task.body, free, policy, unlimited).isNotFound()) return false;
+        if (!leaves) return true;
+        const Body core = findCore(map, task.body, task.start_map, unlimited);
+        BodyProbe probe(map, core, UnknownPolicy::kFree, unlimited);
+        return hasParts(core) && isFree(probe, BodyMotion(poses[0], poses[1]));
       });
   if (!path.isFound()) return path;
   if (!budget.isSpent() && !budget.addEntries(path->T_map_body.size())) {
