@@ -148,7 +148,7 @@ TEST(FrontierQuery, refusesNumbersOutsideTheirRanges) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   FrontierTask task;
   EXPECT_TRUE(findFrontiers(map, task, Budget::unlimited()).isNotFound());
-  for (const double wrong : {0.0, -1.0, nan, std::numeric_limits<double>::infinity()}) {
+  for (const double wrong : {0.0, -1.0, 1e9, nan, std::numeric_limits<double>::infinity()}) {
     task.size_m.y() = wrong;
     EXPECT_FALSE(findFrontiers(map, task, Budget::unlimited()).fault.empty()) << wrong;
   }
@@ -161,6 +161,9 @@ TEST(FrontierQuery, refusesNumbersOutsideTheirRanges) {
     EXPECT_FALSE(findFrontiers(map, task, Budget::unlimited()).fault.empty()) << wrong;
     task = {};
   }
+  task.max_distance_m = 1e9;
+  EXPECT_FALSE(findFrontiers(map, task, Budget::unlimited()).fault.empty())
+      << "no frontier would have a place to stand";
   task.view_range_m = 501 * map.grid().resolution();
   EXPECT_FALSE(findFrontiers(map, task, Budget::unlimited()).fault.empty())
       << "a kilometre of rays";

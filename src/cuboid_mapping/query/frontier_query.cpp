@@ -129,9 +129,9 @@ double seeUnknown(const CuboidMap& map, const Eigen::Vector3d& from_map, double 
 }
 
 bool isValid(const FrontierTask& task, const Grid& grid) {
-  return !task.region.isEmpty() && task.size_m.allFinite() && task.size_m.minCoeff() > 0.0 &&
-         std::isfinite(task.max_distance_m) && task.max_distance_m >= 0.0 &&
-         task.view_range_m >= 0.0 &&
+  const Eigen::Vector3d reach_m = task.size_m.array() + 2.0 * task.max_distance_m;
+  return !task.region.isEmpty() && task.size_m.minCoeff() > 0.0 && task.max_distance_m >= 0.0 &&
+         grid.toSizeInCells(reach_m) && task.view_range_m >= 0.0 &&
          task.view_range_m <= FrontierTask::kMaxViewRange * grid.resolution();
 }
 
@@ -141,9 +141,9 @@ Answer<std::vector<Frontier>> findFrontiers(const CuboidMap& map, const Frontier
                                             Budget& budget) {
   if (!isValid(task, map.grid())) {
     return Answer<std::vector<Frontier>>::invalid(
-        "the region must not be empty, size must be three edges > 0, max_distance and view_range "
-        ">= "
-        "0, all finite, and view_range at most 500 voxels");
+        "the region must not be empty, size must be three edges > 0, and max_distance and "
+        "view_range >= 0 within the range of the grid, all finite, and view_range at most 500 "
+        "voxels");
   }
   FrontierTable marked = markFrontiers(map, task.region, budget);
   std::vector<Frontier> frontiers;
