@@ -181,6 +181,24 @@ TEST(MapWindow, thatForgetsHasWhatCloudsReach) {
   EXPECT_TRUE(pair.window->save());
 }
 
+TEST(MapWindow, refusesAMiddleThatIsNotFinite) {
+  WindowPair pair(tenthOfAMetre(), {12.8, 0.0, OutsideWindow::kForget}, "");
+  pair.integrate(updateOf({0, 0, 0}), placeOf(pair, {0, 0, 0}));
+  const auto voxels = test::voxelsOf(pair.map);
+  const CellBox window = pair.window->window();
+  for (const double wrong : {std::nan(""), HUGE_VAL, -HUGE_VAL}) {
+    for (int axis = 0; axis < 3; ++axis) {
+      Eigen::Vector3d center = Eigen::Vector3d::Zero();
+      center[axis] = wrong;
+      ChangeSet changes;
+      EXPECT_THROW((void)pair.window->admit(updateOf({0, 0, 0}), center, changes),
+                   std::invalid_argument);
+    }
+  }
+  EXPECT_EQ(pair.window->window(), window);
+  EXPECT_EQ(test::voxelsOf(pair.map), voxels);
+}
+
 TEST(MapWindow, thatRefusesTakesNothingFromOutside) {
   Random random(951);
   WindowPair pair(randomConfig(random), {8.0, 2.0, OutsideWindow::kRefuse}, "");

@@ -89,7 +89,7 @@ class MapWindow {
 
   /// Begins a step: moves the window, and loads the pages that an update touches. Pages that cannot be read are
   /// counted in the figures.
-  /// @param center_map  Middle of the window.
+  /// @param center_map  Middle of the window. @throws std::invalid_argument  It is not finite; nothing has changed.
   /// @return The update to apply: `update`, or its admitted part, valid until the next step.
   /// @complexity O(bricks of the update); O(pages in the store) when the window moves to other pages.
   [[nodiscard]] const ScanUpdate& admit(const ScanUpdate& update, const Eigen::Vector3d& center_map,

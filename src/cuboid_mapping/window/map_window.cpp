@@ -70,6 +70,9 @@ void MapWindow::fetch(const CellBox& box, std::size_t max_pages) {
 
 const ScanUpdate& MapWindow::admit(const ScanUpdate& update, const Eigen::Vector3d& center_map,
                                    ChangeSet& changes) {
+  if (!center_map.allFinite()) {
+    throw std::invalid_argument("the middle of a window must be finite: it would leave the map");
+  }
   refresh();
   ++step_;
   num_loaded_now_ = 0;
