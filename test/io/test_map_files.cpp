@@ -4,6 +4,7 @@
 #include "cuboid_mapping/geometry/page.h"
 
 #include "cuboid_mapping/io/file_replacement.h"
+#include "cuboid_mapping/io/map_store.h"
 #include "cuboid_mapping/voxels/uniform_boxes.h"
 #include "support/as_nobody.h"
 #include "support/map_cuboids.h"
@@ -244,6 +245,28 @@ TEST(MapFiles, ofTextDivideTheBricksWhoseCuboidsAreNotTold) {
             "12,0,0,13,1,1,0.5,occupied\n"
             "13,0,0,14,1,1,0.5,occupied\n"
             "32,0,0,34,1,1,0.5,occupied\n");
+}
+
+/// A window writes pages one by one, and a page may keep a grown cuboid that reached into another one.
+TEST(MapFiles, ofTextLeaveOutGrownCuboidsThatTheVoxelsContradict) {
+  const TemporaryFolder folder;
+  MapSnapshot snapshot;
+  snapshot.resolution_m = 1.0;
+  const CellBox grown{{62, 0, 0}, {66, 1, 1}};
+  snapshot.bricks = toBricks({{grown, toLogOdds(0.25)}}).bricks;
+  snapshot.cuboids = {{grown, Occupancy::kFree}};
+  for (const bool is_known : {false, true}) {
+    writeMapFile(folder / "map.sqlite", snapshot);
+    MapStore(folder / "map.sqlite", StoreAccess::kWrite).write({{64, 0, 0}}, [&](const Cell&) {
+      return is_known ? toBricks({{{{64, 0, 0}, {66, 1, 1}}, 0.0F}}).bricks
+                      : std::vector<VoxelBrick>();
+    });
+    writeMapFile(folder / "map.csv", readMapFile(folder / "map.sqlite").snapshot);
+    EXPECT_EQ(readFile(folder / "map.csv"),
+              std::string("min_x,min_y,min_z,max_x,max_y,max_z,probability,class\n"
+                          "62,0,0,64,1,1,0.25,free\n") +
+                  (is_known ? "64,0,0,66,1,1,0.5,occupied\n" : ""));
+  }
 }
 
 TEST(MapFiles, keepTheCuboidsThatHaveGrown) {

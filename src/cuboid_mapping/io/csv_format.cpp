@@ -15,16 +15,37 @@ namespace cuboid_mapping {
 
 namespace {
 
+/// The voxels of a brick; unknown ones if it is not there.
+const PackedVoxels& voxelsOf(const std::vector<VoxelBrick>& bricks, const Cell& brick) {
+  static const PackedVoxels kUnknown;
+  const auto found = std::lower_bound(bricks.begin(), bricks.end(), brick,
+                                      [](const VoxelBrick& each, const Cell& wanted) {
+                                        return isBeforeOnMortonCurve(each.brick, wanted);
+                                      });
+  return found != bricks.end() && found->brick == brick ? found->voxels : kUnknown;
+}
+
+/// The cuboids whose voxels have their class. In a store whose pages were written one by one, others may be left of
+/// the pages before.
+std::vector<Cuboid> fittingOf(const MapSnapshot& snapshot) {
+  std::vector<Cuboid> fitting;
+  for (const Cuboid& cuboid : snapshot.cuboids) {
+    const bool is_other = anyBrick(cuboid.box, [&](const Cell& brick) {
+      const PackedVoxels& voxels = voxelsOf(snapshot.bricks, brick);
+      const BrickMask of_class = cuboid.isOccupied() ? voxels.occupied() : voxels.free();
+      return !of_class.contains(BrickMask::ofBox(intersect(cuboid.box, brickBox(brick))));
+    });
+    if (!is_other) fitting.push_back(cuboid);
+  }
+  return fitting;
+}
+
 /// @pre The snapshot has all voxels of the box.
 double meanProbability(const std::vector<VoxelBrick>& bricks, const CellBox& box) {
   double sum = 0.0;
   forEachBrick(box, [&](const Cell& brick) {
-    const auto found = std::lower_bound(bricks.begin(), bricks.end(), brick,
-                                        [](const VoxelBrick& each, const Cell& wanted) {
-                                          return isBeforeOnMortonCurve(each.brick, wanted);
-                                        });
     const BrickMask of_box = BrickMask::ofBox(intersect(box, brickBox(brick)));
-    found->voxels.forEachValue([&](float log_odds, const BrickMask& of_value) {
+    voxelsOf(bricks, brick).forEachValue([&](float log_odds, const BrickMask& of_value) {
       sum += toProbability(log_odds) * (of_value & of_box).count();
     });
   });
@@ -78,8 +99,9 @@ std::string toCsv(const MapSnapshot& snapshot, const ProgressListener& listener)
       text.add(cuboid, meanProbability(snapshot.bricks, cuboid.box));
     }
   };
-  add(snapshot.cuboids);
-  const auto told = voxelsOf(snapshot.cuboids);
+  const std::vector<Cuboid> fitting = fittingOf(snapshot);
+  add(fitting);
+  const auto told = voxelsOf(fitting);
   ProgressCounter progress(listener, snapshot.bricks.size());
   for (const VoxelBrick& brick : snapshot.bricks) {
     std::vector<Cuboid> cuboids;

@@ -11,7 +11,7 @@
 namespace cuboid_mapping {
 
 /// Writes a header line, then for each cuboid the faces in metres (map frame), the probability, and
-/// "free" or "occupied": MapSnapshot::cuboids, then those of FusionKind::kClass of all other bricks.
+/// "free" or "occupied": MapSnapshot::cuboids that fit the voxels, then those of FusionKind::kClass of all other bricks.
 /// @param listener  Reports bricks.
 [[nodiscard]] std::string toCsv(const MapSnapshot& snapshot, const ProgressListener& listener);
 /// As above, for cuboids of a map, such as joined ones, in their order.
