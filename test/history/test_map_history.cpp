@@ -208,6 +208,26 @@ TEST(MapHistory, refusesPosesOfAnotherTime) {
   }
 }
 
+TEST(MapHistory, followsThresholdsThatChangeBetweenTwoClouds) {
+  MapConfig growth;
+  growth.fusion = FusionKind::kGrowth;
+  const CuboidMap start(growth);
+  MapHistory history(growth, 0.01, {});
+  history.restart(start);
+  KeptCloud cloud;
+  cloud.scans_body.resize(1);
+  cloud.scans_body[0].points = {{1.0F, 0.0F, 0.0F}};
+  ObservationConfig config;
+  for (const double alpha_max : {0.97, 0.8}) {
+    config.sensor_model.alpha_max = alpha_max;
+    for (int i = 0; i < 5; ++i, ++cloud.stamp_ns) history.add(cloud, config);
+    MapCorrection correction = history.correct(PoseTrack(std::vector<StampedPose>(1)));
+    EXPECT_EQ(correction.map().sensorModel().max(), SensorModel(config.sensor_model).max());
+    EXPECT_EQ(correction.map().voxels().logOddsAt({20, 0, 0}), correction.map().sensorModel().max())
+        << "the map's log-odds are the threshold, so that growth takes the voxel for stable";
+  }
+}
+
 /// One thread adds clouds while another corrects: nothing is lost.
 TEST(MapHistory, isCorrectedWhileCloudsGoOn) {
   Drive drive(17, 1);

@@ -42,11 +42,21 @@ void CloudReplay::put(const std::vector<Scan>& scans_body, const Eigen::Isometry
   updater.swapUpdate(update_);
   if (!config.clears) keepMarks(update_);
   if (!config.marks) keepClears(update_);
-  const auto apply = [this, model = SensorModel(config.sensor_model, of_map.environment)] {
-    map_.apply(update_, model);
+  const auto apply = [this, &config] {
+    setThresholds(config.sensor_model);
+    map_.apply(update_, SensorModel(config.sensor_model, map_.config().environment));
   };
   if (of_map.threads == 1) return apply();
   applying_ = BackgroundWork(apply);
+}
+
+/// The clamping thresholds that the map had when a cloud came: they may change between two clouds.
+void CloudReplay::setThresholds(const SensorModelConfig& of_cloud) {
+  SensorModelConfig model = map_.config().sensor_model;
+  if (model.alpha_min == of_cloud.alpha_min && model.alpha_max == of_cloud.alpha_max) return;
+  model.alpha_min = of_cloud.alpha_min;
+  model.alpha_max = of_cloud.alpha_max;
+  map_.setSensorModel(model);
 }
 
 }  // namespace cuboid_mapping

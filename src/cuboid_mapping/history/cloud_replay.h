@@ -29,6 +29,8 @@ class CloudReplay {
   void wait() { applying_.wait(); }
 
  private:
+  void setThresholds(const SensorModelConfig& of_cloud);
+
   CuboidMap& map_;
   std::map<const ObservationConfig*, ScanUpdater> updaters_;
   ScanUpdate update_;
