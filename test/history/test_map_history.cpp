@@ -228,6 +228,29 @@ TEST(MapHistory, followsThresholdsThatChangeBetweenTwoClouds) {
   }
 }
 
+TEST(MapHistory, refusesNumbersThatAreNone) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  HistoryLimits limits;
+  limits.max_age_s = nan;
+  EXPECT_THROW(MapHistory({}, 0.01, limits), std::invalid_argument);
+  for (const double wrong : {nan, 0.0, -1.0, std::numeric_limits<double>::infinity()}) {
+    EXPECT_THROW(MapHistory({}, wrong, {}), std::invalid_argument);
+  }
+  MapHistory history({}, 0.01, {});
+  EXPECT_THROW((void)history.findShift_m(PoseTrack(std::vector<StampedPose>(1)), nan),
+               std::invalid_argument);
+  const auto expect_refusal = [&](auto change) {
+    ObservationConfig config;
+    change(config);
+    EXPECT_THROW(history.add({}, config), std::invalid_argument);
+  };
+  expect_refusal([&](ObservationConfig& config) { config.ranges.max_range_m = nan; });
+  expect_refusal([&](ObservationConfig& config) { config.ranges.end_margin_m = nan; });
+  expect_refusal([&](ObservationConfig& config) { config.limits.min_range_m = nan; });
+  expect_refusal([&](ObservationConfig& config) { config.sensor_model.hit = nan; });
+  EXPECT_EQ(history.numAdded(), 0U);
+}
+
 /// One thread adds clouds while another corrects: nothing is lost.
 TEST(MapHistory, isCorrectedWhileCloudsGoOn) {
   Drive drive(17, 1);

@@ -72,6 +72,7 @@ TEST(PoseTrack, hasGapsWherePosesAreTooFarApart) {
   EXPECT_EQ(track.findGap(s(3.9))->end_ns, s(4));
   EXPECT_EQ(track.gaps().size(), 1U);
   EXPECT_TRUE(PoseTrack(poses).gaps().empty());
+  EXPECT_THROW(PoseTrack(poses, std::nan("")), std::invalid_argument);
 }
 
 }  // namespace

@@ -80,6 +80,12 @@ TEST_F(Ompl, IsToldOfEveryStateAndMotionWhatTheMapSays) {
   EXPECT_EQ(setup_->getSpaceInformation()->getMotionValidator()->getCheckedMotionCount(), 4000U);
 }
 
+TEST_F(Ompl, RefusesARobotWithoutASize) {
+  for (const double wrong : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()}) {
+    EXPECT_THROW(OmplRobot(map_, {0.5, wrong, 0.5}, UnknownPolicy::kFree), std::invalid_argument);
+  }
+}
+
 TEST_F(Ompl, FindsAWayAroundAWall) {
   setup_->setPlanner(std::make_shared<ompl::geometric::RRTConnect>(setup_->getSpaceInformation()));
   setup_->setStartAndGoalStates(state({0.5, 0.5, 0.5}), state({3.5, 0.5, 0.5}));

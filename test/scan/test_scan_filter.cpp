@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <stdexcept>
 
 namespace cuboid_mapping {
 namespace {
@@ -37,6 +38,11 @@ TEST(ScanFilter, PointsNearerThanMinRangeToTheOriginAreLeftOut) {
   EXPECT_EQ(scan.points, (Points{{3.0F, 0.0F, 0.0F}, {1.0F, -4.0F, 0.0F}, {1.0F, 0.0F, 9.0F}}));
   EXPECT_EQ(counts.num_too_near, 1U);
   EXPECT_EQ(counts.num_outside_crop, 0U);
+}
+
+TEST(ScanFilter, AMinRangeThatIsNaNIsRefused) {
+  Scan scan = makeTestScan();
+  EXPECT_THROW(filterScan(scan, {std::numeric_limits<double>::quiet_NaN()}), std::invalid_argument);
 }
 
 TEST(ScanFilter, PointsOutsideTheCropBoxAreLeftOutItsFacesAreInside) {

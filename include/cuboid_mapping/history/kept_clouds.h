@@ -41,7 +41,7 @@ void roundScan(Scan& scan, double step_m);
 /// Functions throw MapFileError, for example if the disk is full. Not thread-safe.
 class KeptClouds {
  public:
-  /// @param step_m  See roundScan(): > 0.
+  /// @param step_m  See roundScan(): > 0, else std::invalid_argument.
   explicit KeptClouds(double step_m);
   ~KeptClouds();
   KeptClouds(const KeptClouds&) = delete;

@@ -108,6 +108,7 @@ class MapCorrection {
 class MapHistory {
  public:
   /// @param config  Configuration of the map. @param step_m  See roundScan(): > 0.
+  /// @throws std::invalid_argument  for errors in them, and an age that is not >= 0.
   MapHistory(const MapConfig& config, double step_m, const HistoryLimits& limits);
   ~MapHistory();
   MapHistory(const MapHistory&) = delete;
@@ -120,6 +121,7 @@ class MapHistory {
   void restart(const CuboidMap& map);
 
   /// Adds a cloud that is in the map. Older clouds may become fixed. Where it throws, the cloud is not added.
+  /// @throws std::invalid_argument  with all errors in `config`.
   void add(const KeptCloud& cloud, const ObservationConfig& config);
 
   /// Adds an edit: the current content of the map inside a box, and its locks. @param box  Empty: the locks
@@ -139,7 +141,7 @@ class MapHistory {
   [[nodiscard]] HistoryFigures figures() const;
 
   /// Largest motion of a point at this distance from the body, over the clouds within the new poses; 0 without
-  /// any.
+  /// any. @throws std::invalid_argument  The distance is not >= 0.
   [[nodiscard]] double findShift_m(const PoseTrack& poses, double distance_m) const;
 
   /// Begins a correction, which catchUp() fills.

@@ -20,9 +20,9 @@ struct StampedPose {
 class PoseTrack {
  public:
   /// @param poses  At least one, in any order, each stamp once; rotations may be rounded to six digits.
-  /// @param max_gap_s  Poses farther apart have a gap between them, see findGap().
+  /// @param max_gap_s  Poses farther apart have a gap between them, see findGap(): >= 0.
   /// @throws std::invalid_argument  naming the wrong pose and the cure: no poses, two of one stamp, a number
-  ///         that is not finite, a matrix that is no rotation.
+  ///         that is not finite, a matrix that is no rotation; or a bad max_gap_s.
   explicit PoseTrack(std::vector<StampedPose> poses,
                      double max_gap_s = std::numeric_limits<double>::infinity());
 

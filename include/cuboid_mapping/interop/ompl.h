@@ -10,6 +10,7 @@
 #include <ompl/base/StateValidityChecker.h>
 #include <ompl/base/spaces/RealVectorStateSpace.h>
 
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -21,9 +22,12 @@ struct OmplRobot {
   Eigen::Vector3d size_m;  ///< Edges, > 0.
   UnknownPolicy policy;    ///< Meaning of unknown space.
 
-  /// A robot with these edges in a map.
+  /// A robot with these edges in a map. @throws std::invalid_argument  No map can hold a box with these edges.
   OmplRobot(const CuboidMap& in_map, const Eigen::Vector3d& edges_m, UnknownPolicy unknown)
-      : map(in_map), size_m(edges_m), policy(unknown) {}
+      : map(in_map), size_m(edges_m), policy(unknown) {
+    if (map.grid().toSizeInCells(size_m)) return;
+    throw std::invalid_argument("the edges of the robot must be > 0, finite, and within the grid");
+  }
 
   /// Centre of the robot. @param state  State of a three-dimensional ompl::base::RealVectorStateSpace: x, y, z,
   /// metres.

@@ -31,6 +31,7 @@ struct FilterCounts {
 ///
 /// The remaining points keep their order. No-returns, open ends and free points all stay: no-returns are ends
 /// of free space, not measured points, which could belong to the robot or the ceiling. @complexity O(points).
+/// @throws std::invalid_argument  min_range_m is NaN.
 FilterCounts filterScan(Scan& scan, const ScanLimits& limits);
 
 }  // namespace cuboid_mapping

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <stdexcept>
 
 namespace cuboid_mapping {
 namespace {
@@ -57,6 +58,11 @@ Points unpackPoints(ByteReader& in, double step_m) {
     }
   }
   return points;
+}
+
+double checkedStep(double step_m) {
+  if (step_m > 0.0 && std::isfinite(step_m)) return step_m;
+  throw std::invalid_argument("the step of kept clouds must be > 0 and finite, in metres");
 }
 
 }  // namespace
@@ -115,7 +121,7 @@ std::vector<Scan> unpackScans(std::string_view bytes, double step_m) {
 
 // An empty file name makes a temporary file of SQLite.
 KeptClouds::KeptClouds(double step_m)
-    : step_m_(step_m),
+    : step_m_(checkedStep(step_m)),
       database_(std::make_unique<SqliteDatabase>("", SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE)) {
   database_->run(
       "PRAGMA journal_mode = MEMORY; PRAGMA synchronous = OFF;"

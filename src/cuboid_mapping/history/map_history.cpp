@@ -6,6 +6,7 @@
 #include "cuboid_mapping/history/map_correction.h"
 #include "cuboid_mapping/history/stamp_clock.h"
 #include "cuboid_mapping/map/locked_boxes.h"
+#include "cuboid_mapping/map/mapper.h"
 
 #include <algorithm>
 #include <deque>
@@ -28,6 +29,17 @@ bool isSame(const ObservationConfig& a, const ObservationConfig& b) {
          a.limits.crop_map.min_m == b.limits.crop_map.min_m &&
          a.limits.crop_map.max_m == b.limits.crop_map.max_m && a.marks == b.marks &&
          a.clears == b.clears;
+}
+
+/// @throws std::invalid_argument  with all errors.
+void check(const ObservationConfig& config) {
+  MapperConfig of_mapper;
+  of_mapper.map.sensor_model = config.sensor_model;
+  of_mapper.max_range_m = config.ranges.max_range_m;
+  of_mapper.end_margin_m = config.ranges.end_margin_m;
+  throwIfAny(checkConfig(of_mapper));
+  Scan nothing;
+  (void)filterScan(nothing, config.limits);
 }
 
 /// Motion of a body at a time; exactly the identity if the poses are equal.
@@ -73,7 +85,10 @@ std::vector<CellBox> subtract(const std::vector<CellBox>& boxes,
 
 struct MapHistory::Implementation {
   Implementation(const MapConfig& config, double step_m, const HistoryLimits& history_limits)
-      : limits(history_limits), base(config), clouds(step_m) {}
+      : limits(history_limits), base(config), clouds(step_m) {
+    if (limits.max_age_s >= 0.0) return;
+    throw std::invalid_argument("the maximum age of a cloud must be a number >= 0, in seconds");
+  }
 
   /// Counts an event in the figures, or takes it out again.
   void count(const HistoryEvent& event, bool is_added) {
@@ -244,6 +259,7 @@ void MapHistory::restart(const CuboidMap& map) {
 }
 
 void MapHistory::add(const KeptCloud& cloud, const ObservationConfig& config) {
+  check(config);
   Implementation& own = *implementation_;
   const std::lock_guard<std::mutex> lock(own.mutex);
   HistoryEvent event;
@@ -289,6 +305,7 @@ HistoryFigures MapHistory::figures() const {
 }
 
 double MapHistory::findShift_m(const PoseTrack& poses, double distance_m) const {
+  if (!(distance_m >= 0.0)) throw std::invalid_argument("a distance must be a number >= 0");
   const std::lock_guard<std::mutex> lock(implementation_->mutex);
   double shift_m = 0.0;
   for (const HistoryEvent& event : implementation_->events) {

@@ -44,6 +44,7 @@ bool isEarlier(const StampedPose& a, const StampedPose& b) { return a.stamp_ns <
 PoseTrack::PoseTrack(std::vector<StampedPose> poses, double max_gap_s)
     : poses_(std::move(poses)), max_gap_s_(max_gap_s) {
   if (poses_.empty()) throw std::invalid_argument("there are no poses: give one at least");
+  if (!(max_gap_s >= 0.0)) throw std::invalid_argument("max_gap must be a number >= 0, in seconds");
   for (StampedPose& pose : poses_) {
     check(pose);
     pose.T_map_body.linear() =

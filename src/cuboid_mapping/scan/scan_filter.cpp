@@ -2,6 +2,8 @@
 #include "cuboid_mapping/scan/scan_filter.h"
 
 #include <algorithm>
+#include <cmath>
+#include <stdexcept>
 
 namespace cuboid_mapping {
 bool isInside(const MetricBox& box, const Eigen::Vector3d& point) {
@@ -9,6 +11,9 @@ bool isInside(const MetricBox& box, const Eigen::Vector3d& point) {
 }
 
 FilterCounts filterScan(Scan& scan, const ScanLimits& limits) {
+  if (std::isnan(limits.min_range_m)) {
+    throw std::invalid_argument("the minimum range is NaN: give metres; 0 is no limit");
+  }
   FilterCounts counts;
   const MetricBox everything = ScanLimits().crop_map;
   const bool has_crop =
