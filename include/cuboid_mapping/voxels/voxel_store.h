@@ -139,9 +139,6 @@ class VoxelStore {
   /// prepare(), reserve() and commit() in one. @throws std::bad_alloc  Nothing has changed then.
   void apply(const std::vector<BrickUpdate>& update, const SensorModel& model, const Work& work);
 
-  /// Forgets all voxels, and frees the memory. @throws std::bad_alloc  Nothing has changed then.
-  void clear() { *this = VoxelStore(); }
-
  private:
   struct Source;
   [[nodiscard]] PendingChange prepareReplace(std::vector<Source> sources, const CellBox& box,

@@ -36,22 +36,17 @@ template <typename ShapeT>
 /// An obstacle that a shape meets, brick by brick; nothing, too, if the budget of the cache is spent.
 template <typename ShapeT>
 [[nodiscard]] std::optional<Cell> findMetByBrick(const ShapeT& shape, ObstacleCache& cache) {
-  const CellBox bounds = shape.bounds();
-  const Cell first = brickOf(bounds.min);
-  const Cell& end = bounds.max;
-  Cell brick;
-  for (brick.z = first.z; brick.z < end.z; brick.z += kBrickEdge) {
-    for (brick.y = first.y; brick.y < end.y; brick.y += kBrickEdge) {
-      for (brick.x = first.x; brick.x < end.x; brick.x += kBrickEdge) {
-        cache.trim();
-        const BrickObstacles* obstacles = cache.find(brick);
-        if (cache.budget().isSpent()) return std::nullopt;
-        if (obstacles == nullptr || !shape.meets(Cube::of(brick, kBrickEdge))) continue;
-        if (const auto met = findMetInBrick(shape, *obstacles)) return met;
-      }
+  std::optional<Cell> met;
+  (void)anyBrick(shape.bounds(), [&](const Cell& brick) {
+    cache.trim();
+    const BrickObstacles* obstacles = cache.find(brick);
+    if (cache.budget().isSpent()) return true;
+    if (obstacles != nullptr && shape.meets(Cube::of(brick, kBrickEdge))) {
+      met = findMetInBrick(shape, *obstacles);
     }
-  }
-  return std::nullopt;
+    return met.has_value();
+  });
+  return met;
 }
 
 /// The bricks with obstacles around a ball, kept for the balls after it: those of an arm lie close together, and meet

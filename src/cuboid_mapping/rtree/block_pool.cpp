@@ -66,8 +66,6 @@ void BlockPool::release(std::uint32_t index) noexcept {
   --num_items_;
 }
 
-void BlockPool::clear() noexcept { *this = BlockPool(item_bytes_); }
-
 std::size_t BlockPool::numBytes() const {
   return (blocks_.size() - absent_.size()) * kBlockItems * item_bytes_ +
          blocks_.capacity() * sizeof(Block) +

@@ -24,8 +24,6 @@ class BlockPool {
   [[nodiscard]] std::uint32_t allocate();
   /// Releases an item. @pre It is from allocate(), and has not been released since.
   void release(std::uint32_t index) noexcept;
-  /// Releases all items, and frees the memory.
-  void clear() noexcept;
 
   /// The bytes of an item, which never move. @pre It is in use.
   [[nodiscard]] std::byte* operator[](std::uint32_t index) const {

@@ -39,11 +39,6 @@ class InnerTree {
 
   /// Whether there is no leaf node.
   [[nodiscard]] bool isEmpty() const { return height_ == 0; }
-  /// Whether a leaf node is in the tree.
-  [[nodiscard]] bool contains(NodeIndex leaf) const {
-    return height_ == 1 ? only_leaf_.child == leaf
-                        : leaf < leaf_parents_.size() && leaf_parents_[leaf] != kNoNode;
-  }
   /// The leaf node that a box expands least. @pre !isEmpty(). @complexity O(M log n).
   [[nodiscard]] NodeIndex chooseLeaf(const CellBox& box) const;
   /// MBR of all leaf nodes; nothing if there is none. @complexity O(M).
