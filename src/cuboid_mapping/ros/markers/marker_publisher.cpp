@@ -6,6 +6,8 @@
 
 #include <visualization_msgs/MarkerArray.h>
 
+#include <algorithm>
+
 namespace cuboid_mapping_ros {
 
 MarkerPublisher::MarkerPublisher(const ros::NodeHandle& nh, CuboidFilter filter,
@@ -35,7 +37,8 @@ void MarkerPublisher::publish() {
   if (num_listeners_ == 0 || start < next_) return;
   if (cache_.hasChanges()) publishDifference();
   if (isKeyframeDue()) publishPicture();
-  next_ = endOfRest(start, ros::SteadyTime::now());
+  const ros::SteadyTime end = ros::SteadyTime::now();
+  next_ = std::min(endOfRest(start, end), end + ros::WallDuration(kMaxRest_s));
 }
 
 bool MarkerPublisher::isKeyframeDue() const {

@@ -29,6 +29,8 @@ class MarkerPublisher {
   /// Queue of messages: each may be as large as the picture, and waits in memory for a subscriber that has
   /// stopped.
   static constexpr std::uint32_t kQueueSize = 4;
+  /// Maximum time without changes after messages that took long: a viewer follows the sensor.
+  static constexpr double kMaxRest_s = 2.0;
 
   /// @param filter  kOccupied or kFree. @param map  Must outlive this object.
   MarkerPublisher(const ros::NodeHandle& nh, CuboidFilter filter, const NodeParameters& parameters,
@@ -45,7 +47,7 @@ class MarkerPublisher {
   [[nodiscard]] bool hasListeners() const { return num_listeners_ > 0; }
 
   /// Publishes the changes since the last call, if there are any, and subscribers. After messages that took long, later
-  /// changes wait for a later call, see endOfRest().
+  /// changes wait for a later call, see endOfRest(); for kMaxRest_s at most.
   void publish();
 
  private:
