@@ -351,8 +351,9 @@ TEST_F(CloudQueueTest, ACloudThatTfSeemsToHaveForgottenWaitsAfterAJumpOfTheClock
 
 TEST_F(CloudQueueTest, DropsACloudWithoutFrame) {
   put(1, "");
-  ASSERT_EQ(drops_.size(), 1U);
-  EXPECT_EQ(drops_[0].reason, DropReason::kEmptyFrame);
+  put(2, "/");  // The slash of tf's names, and no name.
+  ASSERT_EQ(drops_.size(), 2U);
+  for (const auto& drop : drops_) EXPECT_EQ(drop.reason, DropReason::kEmptyFrame);
 }
 
 TEST_F(CloudQueueTest, WaitsForACloudForTfAndForTheEnd) {

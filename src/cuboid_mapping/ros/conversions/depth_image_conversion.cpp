@@ -4,6 +4,7 @@
 #include "cuboid_mapping/ros/conversions/compressed_depth.h"
 #include "cuboid_mapping/ros/conversions/point_bytes.h"
 #include "cuboid_mapping/ros/conversions/sensor_conversions.h"
+#include "cuboid_mapping/ros/middleware/tf_lookup.h"
 
 #include <sensor_msgs/image_encodings.h>
 
@@ -120,7 +121,7 @@ bool hasLargerPixels(const Image& image) {
 }
 
 std::optional<CloudError> checkImage(const Image& image, const Pinhole& pinhole) {
-  if (image.header.frame_id.empty()) {
+  if (withoutSlash(image.header.frame_id).empty()) {
     return makeError(DropReason::kEmptyFrame, image, "header.frame_id is empty");
   }
   if (image.width == 0 || image.height == 0) {

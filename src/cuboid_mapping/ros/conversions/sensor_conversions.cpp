@@ -2,6 +2,7 @@
 #include "cuboid_mapping/ros/conversions/sensor_conversions.h"
 
 #include "cuboid_mapping/io/text.h"
+#include "cuboid_mapping/ros/middleware/tf_lookup.h"
 
 #include <laser_geometry/laser_geometry.h>
 #include <sensor_msgs/point_cloud2_iterator.h>
@@ -22,7 +23,7 @@ CloudError makeError(DropReason defect, const LaserScan& scan, const std::string
 }
 
 std::optional<CloudError> checkScan(const LaserScan& scan) {
-  if (scan.header.frame_id.empty()) {
+  if (withoutSlash(scan.header.frame_id).empty()) {
     return makeError(DropReason::kEmptyFrame, scan, "header.frame_id is empty");
   }
   if (scan.ranges.empty()) {

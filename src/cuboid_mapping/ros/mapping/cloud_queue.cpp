@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/ros/diagnostics/diagnostics.h"
 #include "cuboid_mapping/ros/middleware/tf_buffer.h"
+#include "cuboid_mapping/ros/middleware/tf_lookup.h"
 
 #include <algorithm>
 #include <chrono>
@@ -47,7 +48,8 @@ CloudQueue::CloudQueue(const CloudLimits& limits, Callbacks callbacks)
 
 void CloudQueue::put(const SensorMessage& cloud) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (cloud.header().frame_id.empty()) return refuse(cloud.source, DropReason::kEmptyFrame);
+  const bool has_frame = !withoutSlash(cloud.header().frame_id).empty();
+  if (!has_frame) return refuse(cloud.source, DropReason::kEmptyFrame);
   Source& source = sources_.at(cloud.source);
   try {
     Entry entry;
