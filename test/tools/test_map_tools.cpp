@@ -322,7 +322,7 @@ TEST_F(BagToMap, saysWhichCloudsItLeftOut) {
 TEST_F(BagToMap, saysWhatWouldKeepUp) {
   const std::string bag = *folder / "fast.bag";
   ASSERT_EQ(runProgram(
-                {SIMULATED_LIDAR_PROGRAM, "--bag", bag, "--cloud-rate", "100", "--duration", "0.1"})
+                {SIMULATED_LIDAR_PROGRAM, "--bag", bag, "--cloud-rate", "100", "--duration", "0.3"})
                 .status,
             0);
   // Ten milliseconds are too few for 14,000 beams through voxels of 2 cm.

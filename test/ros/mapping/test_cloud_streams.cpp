@@ -278,7 +278,7 @@ TEST_F(CloudStreams, TheAdvisedResolutionIsTheCureOfANodeThatIsTooSlow) {
   run({{10.0}}, {50.0}, 10.0, {}, work_s(0.05));
   EXPECT_NE(texts_.at(0).find("coarser resolution"), std::string::npos) << texts_[0];
   SpeedWatch watch(0.05);
-  for (int i = 0; i < 5; ++i) watch.noteReceived(0.1 * i);
+  for (int i = 0; i < 20; ++i) watch.noteReceived(0.1 * i);
   watch.noteInserted(work_s(0.05), 30.0);
   const std::string advice = watch.advice().value_or("");
   const std::size_t at = advice.find("try resolution ");

@@ -205,14 +205,16 @@ std::optional<double> SpeedWatch::rateHz(std::size_t source) const {
   std::vector<double> periods_s;
   for (std::size_t i = 1; i < times_s.size(); ++i) periods_s.push_back(times_s[i] - times_s[i - 1]);
   std::sort(periods_s.begin(), periods_s.end());
-  double sum_s = times_s.back() - times_s.front();
-  for (; periods_s.size() > 1; periods_s.pop_back()) {
-    const double longest_s = periods_s.back();
-    const double others_s = (sum_s - longest_s) / static_cast<double>(periods_s.size() - 1);
-    if (longest_s <= 3.0 * others_s) break;
-    sum_s -= longest_s;
+  // Pauses do not count. Where more periods are long, several sensors send at once.
+  constexpr std::size_t kMostPauses = 2;
+  for (std::size_t count = 1; count <= std::min(kMostPauses, periods_s.size() - 1); ++count) {
+    const std::size_t num_others = periods_s.size() - count;
+    if (periods_s[num_others] <= 3.0 * periods_s[num_others - 1]) continue;
+    periods_s.resize(num_others);
+    break;
   }
-  return static_cast<double>(periods_s.size()) / sum_s;
+  return static_cast<double>(periods_s.size()) /
+         std::accumulate(periods_s.begin(), periods_s.end(), 0.0);
 }
 
 SpeedWatch::Load SpeedWatch::load() const {
@@ -229,8 +231,11 @@ SpeedWatch::Load SpeedWatch::load() const {
 }
 
 std::optional<std::string> SpeedWatch::advice() const {
+  const bool is_rate_known = std::any_of(sources_.begin(), sources_.end(), [](const auto& source) {
+    return source.times_s.size() == kWindow;
+  });
   const Load now = load();
-  if (now.share <= 1.0) return std::nullopt;
+  if (!is_rate_known || now.share <= 1.0) return std::nullopt;
   return durationText(now.share / now.rate_hz) + " per cloud at " + twoDigits(now.rate_hz) +
          " Hz: try " + remedy(now.share, resolution_m_, std::min(max_range_m_, reach_m_));
 }
