@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/rtree/quadratic_split.h"
 #include "cuboid_mapping/rtree/traversal.h"
 
@@ -107,7 +106,7 @@ void visitCell(const RTree& tree, const Cell& cell, VisitT visit) {
 /// Visits all cuboids that pass the filter, in no particular order. @param visit  As in visitBox().
 template <typename VisitT>
 void visitAll(const RTree& tree, CuboidFilter filter, VisitT visit) {
-  visitBox(tree, kAllCells, filter, visit);
+  visitBox(tree, kEverywhere, filter, visit);
 }
 
 /// Visits the cuboids of a tree by their distance from a point, see above.

@@ -101,7 +101,7 @@ class MapChecker {
   [[nodiscard]] std::size_t numLeaves() const {
     std::size_t count = 0;
     visitLeaves(
-        map_.cuboids().inner(), kAllCells, CuboidFilter::kAll, [](NodeIndex, int) {},
+        map_.cuboids().inner(), kEverywhere, CuboidFilter::kAll, [](NodeIndex, int) {},
         [&](NodeIndex) {
           ++count;
           return Visit::kContinue;

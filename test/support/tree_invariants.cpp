@@ -86,7 +86,7 @@ std::vector<std::string> checkTree(const bench::RTree& tree) {
   std::size_t num_cuboids = 0;
   std::size_t num_leaves = 0;
   visitLeaves(
-      inner, kAllCells, CuboidFilter::kAll, [](NodeIndex, int) {},
+      inner, kEverywhere, CuboidFilter::kAll, [](NodeIndex, int) {},
       [&](NodeIndex index) {
         const int count = tree.leaf(index).count();
         const int fewest = inner.height() == 1 ? 1 : inner.config().min_branches;

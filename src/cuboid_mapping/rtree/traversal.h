@@ -9,10 +9,18 @@
 #include <Eigen/Core>
 
 #include <cmath>
+#include <limits>
 #include <queue>
 #include <vector>
 
 namespace cuboid_mapping {
+
+/// A window that contains every cuboid.
+constexpr CellBox kEverywhere{
+    {std::numeric_limits<std::int32_t>::min(), std::numeric_limits<std::int32_t>::min(),
+     std::numeric_limits<std::int32_t>::min()},
+    {std::numeric_limits<std::int32_t>::max(), std::numeric_limits<std::int32_t>::max(),
+     std::numeric_limits<std::int32_t>::max()}};
 
 namespace traversal_detail {
 
