@@ -95,7 +95,7 @@ std::optional<CloudError> checkLayout(const PointCloud2& message, const XyzField
 }
 
 std::optional<CloudError> checkCloud(const PointCloud2& message, const XyzFields& fields) {
-  if (withoutSlash(message.header.frame_id).empty()) {
+  if (!hasFrame(message.header)) {
     return makeError(DropReason::kEmptyFrame, message, "header.frame_id is empty");
   }
   const CloudLayout layout = layoutOf(message);

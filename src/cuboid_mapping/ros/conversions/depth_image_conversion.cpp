@@ -121,7 +121,7 @@ bool hasLargerPixels(const Image& image) {
 }
 
 std::optional<CloudError> checkImage(const Image& image, const Pinhole& pinhole) {
-  if (withoutSlash(image.header.frame_id).empty()) {
+  if (!hasFrame(image.header)) {
     return makeError(DropReason::kEmptyFrame, image, "header.frame_id is empty");
   }
   if (image.width == 0 || image.height == 0) {

@@ -23,7 +23,7 @@ CloudError makeError(DropReason defect, const LaserScan& scan, const std::string
 }
 
 std::optional<CloudError> checkScan(const LaserScan& scan) {
-  if (withoutSlash(scan.header.frame_id).empty()) {
+  if (!hasFrame(scan.header)) {
     return makeError(DropReason::kEmptyFrame, scan, "header.frame_id is empty");
   }
   if (scan.ranges.empty()) {

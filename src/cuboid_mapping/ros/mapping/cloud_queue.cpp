@@ -48,8 +48,7 @@ CloudQueue::CloudQueue(const CloudLimits& limits, Callbacks callbacks)
 
 void CloudQueue::put(const SensorMessage& cloud) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  const bool has_frame = !withoutSlash(cloud.header().frame_id).empty();
-  if (!has_frame) return refuse(cloud.source, DropReason::kEmptyFrame);
+  if (!hasFrame(cloud.header())) return refuse(cloud.source, DropReason::kEmptyFrame);
   Source& source = sources_.at(cloud.source);
   try {
     Entry entry;

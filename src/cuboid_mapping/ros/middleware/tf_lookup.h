@@ -6,6 +6,7 @@
 
 #include <geometry_msgs/TransformStamped.h>
 #include <ros/time.h>
+#include <std_msgs/Header.h>
 #include <tf2/buffer_core.h>
 
 #include <Eigen/Geometry>
@@ -25,6 +26,10 @@ struct TfLookup {
 
 /// A frame without the leading slash of old drivers, which tf2 refuses.
 [[nodiscard]] std::string withoutSlash(const std::string& frame_id);
+/// Whether a message says in which frame it is: a slash alone is no name.
+[[nodiscard]] inline bool hasFrame(const std_msgs::Header& header) {
+  return !withoutSlash(header.frame_id).empty();
+}
 
 /// Transform from the source frame to the target frame.
 ///
