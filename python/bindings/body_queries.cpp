@@ -63,7 +63,8 @@ py::object checkBody(MapAccess& access, const Doubles& pose_array, const Doubles
   access.read([&](const CuboidMap& map) {
     const std::string fault = findFault(body, map.grid());
     require(fault.empty(), fault);
-    const auto results = checkPoses(map, body, poses, policy, Budget::unlimited());
+    Budget budget = toBudget();
+    const auto results = checkPoses(map, body, poses, policy, budget);
     for (std::size_t i = 0; i < results.size(); ++i) {
       const auto contact = valid(results[i], element("poses", i));
       free[i] = static_cast<std::uint8_t>(contact.isNotFound());
@@ -83,7 +84,8 @@ py::object checkBodyMotion(MapAccess& access, const Doubles& pose_array, const D
   const std::vector<Eigen::Isometry3d> poses = toPoses(pose_array, "poses");
   const Body body = toBody(spheres, boxes, box_poses);
   const auto motion = access.read([&](const CuboidMap& map) {
-    return valid(checkMotion(map, body, poses, policy, Budget::unlimited()), "motion");
+    Budget budget = toBudget();
+    return valid(checkMotion(map, body, poses, policy, budget), "motion");
   });
   const bool is_met = motion.isFound();
   const MotionContact& contact = motion.value;

@@ -52,7 +52,8 @@ py::object cover(MapAccess& access, long max_boxes, const py::object& region,
     task.previous = toCellBoxes(access.grid(), previous.cast<Doubles>(), "previous");
   }
   const auto answer = access.read([&](const CuboidMap& map) {
-    return valid(coverOccupied(map, task, Budget::unlimited()), "cover_occupied");
+    Budget budget = toBudget();
+    return valid(coverOccupied(map, task, budget), "cover_occupied");
   });
   const BoxCover& found = answer.value;
   if (answer.isNotFound()) {
@@ -70,7 +71,8 @@ py::object findFree(MapAccess& access, long max_boxes, const py::object& region,
   task.region = toRegion(access, region);
   task.may_overlap = overlap;
   const FreeBoxes found = access.read([&](const CuboidMap& map) {
-    return valid(findFreeBoxes(map, task, Budget::unlimited()), "free_boxes").value;
+    Budget budget = toBudget();
+    return valid(findFreeBoxes(map, task, budget), "free_boxes").value;
   });
   return makeResult("FreeBoxes", toMetres(access, found.boxes), found.covered_volume_m3,
                     found.missing_volume_m3);
@@ -85,7 +87,8 @@ py::object frontiers(MapAccess& access, const Doubles& size, const py::object& r
   task.max_distance_m = max_distance_m;
   task.view_range_m = view_range_m;
   const auto found = access.read([&](const CuboidMap& map) {
-    return valid(findFrontiers(map, task, Budget::unlimited()), "frontiers");
+    Budget budget = toBudget();
+    return complete(findFrontiers(map, task, budget), "frontiers");
   });
   const Grid grid = access.grid();
   std::vector<double> centers;

@@ -33,10 +33,27 @@ cuboid_mapping::Answer<T> valid(cuboid_mapping::Answer<T> answer, const std::str
   return answer;
 }
 
-/// @throws Error  unless the limit is >= 0; infinity is none.
-inline cuboid_mapping::Budget toBudget(double time_limit_s) {
+/// As valid(), for a query of places where a robot fits. It has no limit of its own: the search ends early only if the
+/// robot is too large for it.
+template <typename T>
+cuboid_mapping::Answer<T> complete(cuboid_mapping::Answer<T> answer, const std::string& name) {
+  if (answer.status == cuboid_mapping::AnswerStatus::kBudgetSpent) {
+    throw Error(name + ": size has too many voxels: choose a smaller one, or a coarser map");
+  }
+  return valid(std::move(answer), name);
+}
+
+/// The budget of a query, which ends with the exception that a handler of Python's signals raises, such as
+/// KeyboardInterrupt. @throws Error  unless the limit is >= 0; infinity is none.
+inline cuboid_mapping::Budget toBudget(double time_limit_s = kInfinity) {
   if (!(time_limit_s >= 0.0)) throw Error("time_limit must be >= 0, in seconds");
-  return cuboid_mapping::Budget(cuboid_mapping::QueryLimits{time_limit_s});
+  const auto handle_signals = [] {
+    const py::gil_scoped_acquire gil;  // No thread waits for a map's lock with it.
+    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+  };
+  constexpr double kPeriod_s = 0.1;
+  return cuboid_mapping::Budget(cuboid_mapping::QueryLimits{time_limit_s},
+                                {handle_signals, kPeriod_s});
 }
 
 /// cuboid_map.results.CorridorEnd of a search for a way, with the numbers of the service find_corridor.

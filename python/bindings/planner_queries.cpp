@@ -54,10 +54,10 @@ py::object castRays(MapAccess& access, const Doubles& origin_array, const Double
   std::vector<double> first_unknown(origins.size(), kInfinity);
   std::vector<double> unknown_length(origins.size());
   access.read([&](const CuboidMap& map) {
+    Budget budget = toBudget();
     for (std::size_t i = 0; i < origins.size(); ++i) {
-      const auto ray =
-          valid(castRay(map, origins[i], directions[i], max_range_m, policy, Budget::unlimited()),
-                element("origins", i) + ", " + element("directions", i));
+      const auto ray = valid(castRay(map, origins[i], directions[i], max_range_m, policy, budget),
+                             element("origins", i) + ", " + element("directions", i));
       end[i] = toNumber(ray->end);
       distance[i] = ray->distance_m;
       append(points, ray->point_map);
@@ -96,9 +96,9 @@ py::object checkPaths(MapAccess& access, const Doubles& array, const Doubles& si
   std::vector<std::int64_t> segment(paths.size(), -1);
   std::vector<double> points;
   access.read([&](const CuboidMap& map) {
+    Budget budget = toBudget();
     for (std::size_t i = 0; i < paths.size(); ++i) {
-      const auto path =
-          valid(checkPath(map, paths[i], size, policy, Budget::unlimited()), element("paths", i));
+      const auto path = valid(checkPath(map, paths[i], size, policy, budget), element("paths", i));
       free[i] = static_cast<std::uint8_t>(path.isNotFound());
       length[i] = lengthOf(paths[i]);
       free_length[i] = path.isFound() ? path->distance_m : length[i];
@@ -124,11 +124,11 @@ py::object findNearestCuboids(MapAccess& access, const Doubles& array, std::size
   std::vector<double> boxes(6 * count, NAN);
   std::vector<std::uint8_t> occupancy(count);
   access.read([&](const CuboidMap& map) {
+    Budget budget = toBudget();
     for (std::size_t i = 0; i < points.size(); ++i) {
       std::size_t at = i * k;
-      const auto nearest =
-          valid(findNearest(map, points[i], k, filter, Budget::unlimited(), max_distance_m),
-                element("points", i));
+      const auto nearest = valid(findNearest(map, points[i], k, filter, budget, max_distance_m),
+                                 element("points", i));
       for (const NearestCuboid& near : nearest.value) {
         const MetricBox box = map.grid().toMetricBox(near.cuboid.box);
         distance[at] = near.distance_m;
@@ -157,10 +157,11 @@ py::array_t<double> findNearestFree(MapAccess& access, const Doubles& array,
           "max_distance must be finite and >= 0");
   std::vector<double> places;
   access.read([&](const CuboidMap& map) {
+    Budget budget = toBudget();
     for (std::size_t i = 0; i < points.size(); ++i) {
       const auto place =
-          valid(findNearestFit(map, points[i], size, policy, max_distance_m, Budget::unlimited()),
-                element("points", i));
+          complete(findNearestFit(map, points[i], size, policy, max_distance_m, budget),
+                   element("points", i));
       append(places, place.isFound() ? place->center_map : kNowhere);
     }
   });
