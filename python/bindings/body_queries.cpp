@@ -144,10 +144,10 @@ void bindPosePath(MapClass& map) {
 
 start, goal: (4, 4): upright poses of the body. spheres, boxes, box_poses: as for check_poses().
 unknown: 'obstacle' or 'free'. climb: whether it may move along z.
-time_limit: seconds. region: (6,), metres: the body may not leave it; None: the map and some room around it.
+time_limit: seconds, >= 0. region: (6,), metres: the body may not leave it; None: the map and some room around it.
 clearance: metres along its x and y that the body keeps where there is room. start_tolerance, goal_tolerance: as for
 find_corridor().
-Returns results.PosePath, whose motions check_motion() finds free, but for a way out of the start. The search uses voxel
+Returns results.PosePath, whose motions check_motion() finds free, except for a way out of the start. The search uses voxel
 centres and 16 headings: it may miss passages less than a voxel wider than the body.)");
 }
 

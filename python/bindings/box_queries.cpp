@@ -147,7 +147,7 @@ void bindBoxQueries(MapClass& map) {
 max_boxes: > 0. region: (6,), metres; None: the whole map.
 keep_free: (k, 6), metres, such as the robot: no box of the answer shares a voxel with one of these.
 keep_passages: (3,), edges of a robot's box, metres, or one number for all. What it can reach in the map stays
-reachable beside the boxes, or `lost` names the places; 0: not looked at.
+reachable beside the boxes, or `lost` names the places; 0: not checked.
 previous: (k, 6), metres, boxes of the last answer: those that still fit are taken over, at their places in the list.
 Returns results.BoxCover, the largest box first unless `previous` is given; boxes may overlap.
 The added volume need not be the least possible.

@@ -217,7 +217,7 @@ void bindCorridor(MapClass& map) {
 start, goal: (3,), metres: centre of the robot.
 size: (3,), metres: edges of the robot, a box that does not turn; rounded up to voxels.
 unknown: 'obstacle' or 'free'.
-time_limit: seconds. region: (6,), metres: the robot may not leave it; None: the map and some room
+time_limit: seconds, >= 0. region: (6,), metres: the robot may not leave it; None: the map and some room
 around it, with unknown "free" between the heights of start and goal.
 inflation: metres, added on all sides of the robot.
 clearance: metres along x and y that the path keeps from the faces of the boxes; where there is less room, it goes

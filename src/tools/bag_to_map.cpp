@@ -200,8 +200,8 @@ int run(int argc, char** argv) {
   BagOptions options;
   cuboid_mapping::CommandLine line("bag_to_map",
                                    "Maps the clouds in rosbags, or in scan folders, without a "
-                                   "roscore. With one source, the result is that of a node that "
-                                   "drops no cloud, byte for byte with the same zstd.");
+                                   "roscore. With one source, the result is that of a node without "
+                                   "edits that drops no cloud, byte for byte with the same zstd.");
   bool frees_passed = false;
   line.addFlag("free-passed", frees_passed,
                "at the end, make occupied voxels free if they were seen empty at any time");

@@ -168,7 +168,7 @@ int run(int argc, char** argv) {
   line.addArgument(
       "output", options.output,
       "one of " + knownEndings() + "; or, for occupied space as boxes, " + knownSceneEndings());
-  line.addText("frame", options.frame_id, "name of the frame to store in a native file");
+  line.addText("frame", options.frame_id, "name of the map's frame, for formats that keep one");
   line.addNumber("resolution", options.resolution_m, "edge of a voxel in metres, for .pcd",
                  {1e-3, 1e2});
   line.addNumber("sensor_model/min", options.model.alpha_min,
@@ -190,7 +190,7 @@ int run(int argc, char** argv) {
       "keep-passages", options.boxes.keep_passages_m,
       "with --boxes: edges x,y,z of a robot's box in metres, or one number for all; what it can "
       "reach in the map stays reachable beside the boxes, or the lost places are named; 0: not "
-      "looked at",
+      "checked",
       {0.0, 1e3});
 #ifdef CUBOID_MAPPING_READS_BAGS
   addBagOptions(line, options.recorded);

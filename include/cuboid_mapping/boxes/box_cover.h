@@ -25,7 +25,7 @@ struct CoverTask {
   CellBox region = kAllCells;      ///< Only voxels inside are covered; boxes stay inside.
   std::vector<CellBox> keep_free;  ///< No box of the answer shares a voxel with one of these.
   /// Edges of a robot's box, which does not turn: what that robot can reach stays reachable, see BoxCover::lost.
-  /// All > 0, or all 0: not looked at.
+  /// All > 0, or all 0: not checked.
   Eigen::Vector3d keep_passages_m = Eigen::Vector3d::Constant(0.5);
   /// Boxes of the last answer. Those that still fit are taken over, at their places in the list.
   std::vector<CellBox> previous;

@@ -160,7 +160,7 @@ int run(int argc, char** argv) {
   line.addText("color-by", options.colors, "meaning of the colours", kColorNames);
   line.addText(
       "cells", options.cells,
-      "cells that are drawn with --edges, or coloured by size or probability: cuboids of the map, "
+      "cells for --edges, and for colours by size or probability: cuboids of the map, cuboids "
       "joined across bricks, leaves of OctoMap's octree, or voxels",
       kCellNames);
   line.addFlag("bare", options.is_bare, "draw occupied cells only: no free space, no legend");

@@ -103,7 +103,8 @@ int runBag(int argc, char** argv) {
       "publish_clock, rate, follow_path and speed, as in _seed:=2.\n"
       "With --bag it writes the same messages to a file, and needs no ROS master.");
   line.addText("bag", file, "rosbag to write, or to replace");
-  line.addNumber("duration", config.duration_s, "seconds of simulated time, more than 0");
+  line.addNumber("duration", config.duration_s,
+                 "seconds of simulated time; a bag needs more than 0");
   line.addNumber("seed", config.seed, "seed for the furniture, the walking person and the noise");
   line.addNumber("rings", config.lidar.rings, "number of beams, one above the other");
   line.addNumber("columns", config.lidar.columns, "number of beams per revolution");

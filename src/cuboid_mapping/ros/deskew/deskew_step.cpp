@@ -18,12 +18,12 @@ DeskewStep::DeskewStep(const NodeParameters& /*parameters*/, const SourceParamet
 
 std::vector<ParameterDeclaration> DeskewStep::declare() {
   return {{"deskew", "", boolean(&SourceParameters::deskew),
-           "true: each point is put where the sensor was at the time of the point, by tf. Times "
-           "come from the field time, t, offset_time or timestamp of a cloud, or from "
-           "time_increment of a scan. false: all points have the time of the stamp."},
+           "true: tf gives the pose of the sensor at the time of each point. Times come from the "
+           "field time, t, offset_time or timestamp of a cloud, or from time_increment of a scan. "
+           "false: all points have the time of the stamp."},
           {"time_unit", "s", number(&SourceParameters::time_unit_s, 0.0, 1.0),
            "Unit of the times of points. 0: whole numbers are nanoseconds, others seconds, unless "
-           "only another unit makes a sweep of them. Set it if this guess is wrong."}};
+           "only another unit gives the duration of a sweep. Set it if this guess is wrong."}};
 }
 
 std::vector<ParameterError> DeskewStep::check(const LoadedParameters& loaded) {

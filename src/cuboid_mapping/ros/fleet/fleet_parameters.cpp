@@ -51,8 +51,8 @@ std::vector<ParameterDeclaration> RobotsFeature::declare() {
        "Namespaces of robots, as in \"/robot1 /robot2\". The node builds the map from the "
        "observations of their nodes, instead of clouds. Empty: from clouds."},
       {"merge/delay", "s", number({&P::fleet, &FleetParameters::merge_delay_s}, 0.0, 3600.0),
-       "Time that an observation waits for earlier ones of other robots. An earlier one that "
-       "arrives after that enters the map out of order, at once, and is counted."},
+       "Time that an observation waits for earlier ones of other robots. Those that arrive even "
+       "later enter the map at once, out of order, and are counted."},
   };
 }
 

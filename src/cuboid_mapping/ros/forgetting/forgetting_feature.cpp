@@ -14,8 +14,8 @@ using S = SourceParameters;
 std::vector<ParameterDeclaration> ForgettingFeature::declare() {
   return {
       {"forget_after", "s", number(&S::forget_after_s, 0.0, 1e6),
-       "Voxels that no cloud has observed for this long become unknown. Time is that of the "
-       "stamps, per block of 8 x 8 x 8 voxels. Each source can have its own time; a block stays "
+       "Voxels that no cloud has observed for this long become unknown. Time counts by stamps, "
+       "per block of 8 x 8 x 8 voxels. Each source can have its own time; a block stays "
        "while one source remembers it. Locked boxes stay. Voxels from files and edits stay until a "
        "cloud observes them. 0: never."},
       {"forget", "",

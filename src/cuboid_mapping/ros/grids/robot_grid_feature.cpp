@@ -15,7 +15,7 @@ std::vector<ParameterDeclaration> RobotGridFeature::declare() {
       {"robot_grid/frame", "", frame({&P::robot_grid, &RobotGridParameters::frame_id}, true),
        "Frame of the robot. robot_grid moves with it. Empty: there is no robot_grid."},
       {"robot_grid/size", "m", number({&P::robot_grid, &RobotGridParameters::size_m}, 0.1, 1000.0),
-       "Minimum extent of robot_grid along x and y; a multiple of 16 voxels."},
+       "Extent of robot_grid along x and y, rounded up to a multiple of 16 voxels."},
       {"robot_grid/min_z", "m", number({&P::robot_grid, &RobotGridParameters::min_z_m}),
        "Cells below this height over the origin of the robot's frame are not in robot_grid."},
       {"robot_grid/max_z", "m", number({&P::robot_grid, &RobotGridParameters::max_z_m}),

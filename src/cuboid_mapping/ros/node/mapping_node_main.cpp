@@ -24,7 +24,7 @@ namespace {
 constexpr const char* kUsage =
     "Usage: cuboid_mapping_node [MAP] [cloud_in:=TOPIC] [_PARAMETER:=VALUE]...\n\n"
     "Builds a 3D occupancy map from point clouds, and answers questions about it.\n\n"
-    "  MAP                 map to start with: .cuboids, .sqlite, .ot or .bt\n"
+    "  MAP                 map to start with: .cuboids, .sqlite, .ot, .bt or .pcd\n"
     "  cloud_in:=TOPIC     topic of the clouds, sensor_msgs/PointCloud2\n"
     "  _PARAMETER:=VALUE   a parameter, such as _resolution:=0.1\n\n"
     "All parameters: rosrun cuboid_mapping print_parameters --yaml\n";

@@ -65,9 +65,9 @@ std::vector<ParameterDeclaration> declareSensorModel() {
       {"sensor_model/max_range", "m", number(&S::max_range_m, 0.01, kInfinity, kInfinity),
        "Longer beams are cut off at this range and clear the space up to it. -1: no limit."},
       {"sensor_model/keep_surfaces", "", boolean(&S::keep_surfaces),
-       "true: beams do not clear the floors, stairs and tables that they graze, only what they "
-       "pass. Which surfaces these are follows from neighbouring beams. false: a beam clears all "
-       "voxels up to its end, as in OctoMap."},
+       "true: a beam does not clear floors, stairs and tables that it grazes and that neighbouring "
+       "beams hit, only what it passes. false: a beam clears all voxels up to its end, as in "
+       "OctoMap."},
       {"sensor_model/min_range", "m", number(&S::min_range_m, 0.0, kInfinity, 0.0),
        "Points closer to the sensor than this are ignored. 0 or -1: no limit."},
   };
@@ -92,15 +92,17 @@ std::vector<ParameterDeclaration> declareCrop() {
 std::vector<ParameterDeclaration> declareTopics() {
   return {
       {"queue_size", "clouds", integer(&P::queue_size, 1, 1000),
-       "Clouds of a source that may wait while the node maps others. If the node has been busy for "
-       "a second and more wait, the oldest is dropped: the map stays up to date."},
+       "Clouds of a source that may wait while the node maps others. If more wait, and the node "
+       "has "
+       "been busy for a second, the oldest is dropped: the map stays up to date."},
       {"tf_wait", "s", number(&P::tf_wait_s, 0.01, 3600.0),
        "A cloud is dropped if its transforms do not arrive within this time."},
       {"tf_gap", "s", number(&P::tf_gap_s, 0.001, 86400.0),
        "A cloud is dropped if it lies between two transforms of a frame that are farther apart: "
        "its pose would be a guess."},
       {"publish_rate", "Hz", number(&P::publish_rate_hz, 0.01, 100.0),
-       "Maximum rate of the map topics. They are published only after a change."},
+       "Maximum rate of the map topics. They are published only after a change; occupied_cuboids "
+       "and free_cuboids of a large map less often."},
       {"keyframe_period", "s", number(&P::keyframe_period_s, 0.0, 86400.0),
        "Time between two keyframes on topics that carry changes: occupied_cuboids, free_cuboids, "
        "cuboid_map, and the grids with updates. A keyframe has the whole content, for listeners "

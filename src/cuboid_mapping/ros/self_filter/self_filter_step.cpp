@@ -115,8 +115,8 @@ std::vector<ParameterDeclaration> SelfFilterStep::declare() {
        text("names of links", {&P::self_filter, &F::ignored_links}),
        "Names of URDF links to ignore, separated by spaces, such as links without a transform."},
       {"self_filter/keep_free", "", boolean({&P::self_filter, &F::keep_free}),
-       "true: each cloud also frees the voxels whose centre lies in the robot, as a passing beam "
-       "does: from the first cloud on, and also what was marked before. Here the shapes have no "
+       "true: each cloud, from the first one on, also frees the voxels whose centre lies in the "
+       "robot, as a passing beam does, even if they were marked before. Here the shapes have no "
        "padding."},
   };
 }

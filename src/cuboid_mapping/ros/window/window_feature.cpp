@@ -54,8 +54,8 @@ std::vector<ParameterDeclaration> WindowFeature::declare() {
        "Frame of the robot. Only the map around it stays in memory. Its position is taken at the "
        "stamp of each cloud. Empty: the whole map stays."},
       {"window/size", "m", sizeKind(),
-       "Edge of the window, a cube along the axes of the map. A part of the map leaves memory only "
-       "beyond a tenth of this from the window."},
+       "Edge of the window, a cube along the axes of the map. Parts of the map leave memory when "
+       "they are farther than a tenth of this from the window."},
       {"window/outside", "",
        choice<OutsideWindow>({&P::window, &WindowParameters::config, &WindowConfig::outside},
                              {{"keep", OutsideWindow::kKeep},
