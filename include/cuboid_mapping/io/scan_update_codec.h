@@ -10,8 +10,8 @@
 
 namespace cuboid_mapping {
 
-/// The observations of a cloud as bytes, for another process: 2 to 8 % of the cloud's size. doc/fleet.md has
-/// the format.
+/// The observations of a cloud as bytes, for another process: 2 to 8 % of the cloud's size.
+/// doc/file_format.md has the format.
 /// @pre The bricks are numbered from one cell, as those of ScanUpdater::compute() are, or are some of these
 /// in the same order. @complexity O(n) for n bricks and samples.
 [[nodiscard]] std::string toBytes(const ScanUpdate& update);

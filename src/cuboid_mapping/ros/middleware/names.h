@@ -29,7 +29,7 @@ constexpr char kProjectedMapTopic[] = "projected_map";  ///< nav_msgs/OccupancyG
 constexpr char kProjectedMapUpdatesTopic[] =
     "projected_map_updates";  ///< map_msgs/OccupancyGridUpdate
 
-// Topics and services in the private namespace.
+// Topics in the namespace of the node, and services in the private one.
 constexpr char kRobotGridTopic[] = "robot_grid";                 ///< nav_msgs/OccupancyGrid
 constexpr char kRobotGridUpdatesTopic[] = "robot_grid_updates";  ///< OccupancyGridUpdate
 constexpr char kQueryBoxService[] = "query_box";                 ///< cuboid_mapping/QueryBox
