@@ -160,5 +160,22 @@ TEST(SphereQuery, EndsWithItsBudget) {
                                                 AnswerStatus::kBudgetSpent}));
 }
 
+TEST(SphereQuery, IsAsBeforeAfterASpentBudget) {
+  CuboidMap map(sphereConfig());
+  const CellBox wall{{9, 0, 0}, {10, 8, 8}};
+  map.replace(wall, {{wall, 1.0F}});
+  const std::vector<Sphere> spheres{{{1.875, 1.0, 1.0}, 0.5}, {{1.5, 1.0, 1.0}, 0.5}};
+  const std::vector<AnswerStatus> expected{AnswerStatus::kFound, AnswerStatus::kNotFound};
+  for (std::uint64_t max_bricks = 1; max_bricks < 12; ++max_bricks) {
+    QueryLimits limits;
+    limits.max_bricks = max_bricks;
+    Budget budget(limits);
+    SphereChecker checker(map, UnknownPolicy::kFree, budget);
+    (void)checker.check(spheres);
+    budget = Budget();
+    EXPECT_EQ(checker.check(spheres), expected) << max_bricks << " bricks before";
+  }
+}
+
 }  // namespace
 }  // namespace cuboid_mapping

@@ -29,7 +29,8 @@ struct Sphere {
 /// revision changes; a map that is assigned needs a new checker. One thread at a time may use it.
 class SphereChecker {
  public:
-  /// @param map, budget  Must outlive this object. The budget counts bricks that are looked at.
+  /// @param map, budget  Must outlive this object. The budget counts bricks that are looked at; another one may be
+  ///                     assigned to it between two batches.
   SphereChecker(const CuboidMap& map, UnknownPolicy policy, Budget& budget);
   /// Takes over what another checker keeps; that one can only be destroyed or assigned to.
   ///@{

@@ -35,6 +35,7 @@ void NearObstacles::moveTo(const Ball& ball) {
     const Eigen::Vector3f center = toVector(box.min - first).cast<float>() + half;
     near_.push_back({center, half, cache_.numberOf(found)});
   });
+  if (cache_.budget().isSpent()) return;
   middle_ = half_ = 0.5F * toVector(end - first).cast<float>();
 }
 
