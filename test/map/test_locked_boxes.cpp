@@ -149,6 +149,7 @@ TEST(LockOfCuboidMap, staysWhenAnotherMapTakesItsPlace) {
   EXPECT_EQ(map.voxels().at({9, 9, 9}), Occupancy::kFree);
   EXPECT_EQ(countCuboids(map).total(), 1U);
   EXPECT_EQ(other.voxels().at({0, 0, 0}), Occupancy::kOccupied);
+  EXPECT_GT(other.revision(), revision) << "the other map has changed, too";
 }
 
 TEST(CuboidMap, isNotExchangedWithOneOfAnotherConfig) {

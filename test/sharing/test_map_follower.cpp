@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/sharing/map_follower.h"
 
+#include "cuboid_mapping/query/sphere_query.h"
 #include "support/modelled_map.h"
 
 #include <gtest/gtest.h>
@@ -227,6 +228,25 @@ bool isRefused(MapDetail detail, DamageT damage) {
   damage(it.delta);
   const bool is_refused = it.follower.take(it.delta) == FollowResult::kDamaged;
   return is_refused && it.follower.map()->voxels().numFreeVoxels() == 300 * 64.0;
+}
+
+TEST(MapFollower, hasAnotherRevisionOfItsCopyAfterEachImage) {
+  const Sphere ball{{0.1, 0.1, 0.1}, 0.05};
+  CuboidMap map;
+  MapFollower follower;
+  ASSERT_TRUE(follower.take(makeImage(map, 1, MapDetail::kValues)));
+  SphereChecker checker(*follower.map(), UnknownPolicy::kFree, Budget::unlimited());
+  EXPECT_EQ(checker.check({ball}).front(), AnswerStatus::kNotFound);
+  const CellBox box{{0, 0, 0}, {4, 4, 4}};
+  for (const float log_odds : {1.0F, -1.0F, 1.0F}) {
+    map.clear();
+    map.replace(box, {{box, log_odds}});
+    const std::uint64_t before = follower.map()->revision();
+    ASSERT_TRUE(follower.take(makeImage(map, 1, MapDetail::kValues)));
+    EXPECT_NE(follower.map()->revision(), before);
+    EXPECT_EQ(checker.check({ball}).front(),
+              log_odds > 0.0F ? AnswerStatus::kFound : AnswerStatus::kNotFound);
+  }
 }
 
 TEST(MapFollower, refusesBricksThatCannotBe) {

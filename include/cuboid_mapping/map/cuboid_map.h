@@ -136,7 +136,7 @@ class CuboidMap {
   ChangeSet setGrownCuboids(const std::vector<Cuboid>& cuboids);
 
   /// Exchanges all voxels and cuboids with another map, which may have been built while this one was
-  /// in use. Locks stay. @complexity O(1).
+  /// in use. Locks stay; the revision of both rises. @complexity O(1).
   /// @throws std::invalid_argument  Resolution, fusion, its growth, environment, sensor model or order of the R-tree
   ///         differ; both maps are as they were.
   ChangeSet exchange(CuboidMap& other);

@@ -74,7 +74,8 @@ class MapFollower {
   /// The result of take(), which is not done. @complexity O(bricks).
   [[nodiscard]] FollowResult check(const MapDelta& delta) const;
 
-  /// The copy; nothing before the first image. Its revision is its own: see revision().
+  /// The copy; nothing before the first image. Its revision is its own: see revision(). An image of another resolution
+  /// makes another map.
   [[nodiscard]] const CuboidMap* map() const { return map_ ? &*map_ : nullptr; }
   /// Revision of the followed map; 0 before the first image.
   [[nodiscard]] std::uint64_t revision() const { return revision_; }

@@ -163,6 +163,7 @@ ChangeSet CuboidMap::exchange(CuboidMap& other) {
   std::swap(voxels_, other.voxels_);
   std::swap(growth_, other.growth_);
   std::swap(cuboids_, other.cuboids_);
+  ++other.revision_;
   ChangeSet changes;
   changes.is_everything = true;
   return finish(true, std::move(changes));

@@ -63,7 +63,11 @@ bool MapFollower::take(MapImage image) {
   if (!checkConfig(config).empty() || !areGood(image.bricks)) return false;
   CuboidMap fresh(config);
   fresh.replace(std::move(image.bricks));
-  map_ = std::move(fresh);  // Nothing throws from here on.
+  if (map_ && map_->grid().resolution() == image.resolution_m) {  // Nothing throws from here on.
+    map_->exchange(fresh);  // Its revision rises, as those who keep something of it rely on.
+  } else {
+    map_ = std::move(fresh);
+  }
   instance_ = image.instance;
   revision_ = image.revision;
   label_ = std::move(image.label);
