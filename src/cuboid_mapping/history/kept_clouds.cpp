@@ -18,8 +18,6 @@ using Points = std::vector<Eigen::Vector3f>;
 constexpr float kMaxSteps = 1 << 30;
 /// Level of zstd. Higher levels take twice the time, and save 2 %.
 constexpr int kLevel = 1;
-/// Bound of the compression: a point takes at least three bytes, and zstd reaches at most 10,000 to 1.
-constexpr std::uint64_t kMaxRatio = 10000;
 
 /// All lists of positions of a scan.
 template <typename ScanT>
@@ -105,7 +103,6 @@ std::string packScans(const std::vector<Scan>& scans_body, double step_m) {
 std::vector<Scan> unpackScans(std::string_view bytes, double step_m) {
   ByteReader packed(bytes);
   const std::uint64_t size = packed.readVarint64();
-  if (size > kMaxRatio * (bytes.size() + 1)) failCorrupted("it has fewer bytes than it says");
   const std::string content = decompress(packed.readBytes(packed.numLeft()), size);
   ByteReader in(content);
   const std::uint32_t count = in.readVarint();
