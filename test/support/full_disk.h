@@ -7,13 +7,13 @@
 
 namespace cuboid_mapping::test {
 
-/// While it lives, no file of this process grows.
+/// While it lives, no file of this process grows beyond a size.
 class FullDisk {
  public:
-  FullDisk() {
+  explicit FullDisk(rlim_t max_bytes = 4096) {
     std::signal(SIGXFSZ, SIG_IGN);
     getrlimit(RLIMIT_FSIZE, &before_);
-    const rlimit none{4096, before_.rlim_max};
+    const rlimit none{max_bytes, before_.rlim_max};
     setrlimit(RLIMIT_FSIZE, &none);
   }
   ~FullDisk() { setrlimit(RLIMIT_FSIZE, &before_); }

@@ -152,8 +152,12 @@ Replacement replacementOf(const std::string& file) {
   constexpr std::size_t kLongestName = NAME_MAX + 1 - sizeof(kEnding);
   const fs::path path = target;
   const std::string name = path.filename().string();
-  if (name.size() <= kLongestName || name.size() > NAME_MAX) return {target, target + kEnding};
-  return {target, (path.parent_path() / (name.substr(0, kLongestName) + kEnding)).string()};
+  const bool is_long = name.size() > kLongestName && name.size() <= NAME_MAX;
+  const std::string partial =
+      is_long ? (path.parent_path() / (name.substr(0, kLongestName) + kEnding)).string()
+              : target + kEnding;
+  (void)::unlink(partial.c_str());  // What a link there names is not ours to overwrite.
+  return {target, partial};
 }
 
 }  // namespace
