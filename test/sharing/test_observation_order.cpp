@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/sharing/observation_order.h"
 
+#include "support/failing_allocation.h"
 #include "support/random.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <deque>
+#include <new>
 #include <set>
 
 namespace cuboid_mapping {
@@ -262,6 +264,26 @@ TEST(ObservationOrder, followsARobotThatRestartsWithAnOlderClock) {
   EXPECT_EQ(questions[0].first, 3U);
   EXPECT_EQ(order.takeDue(120.0).size(), 4U);
   EXPECT_EQ(order.counts().num_late, 0U);
+}
+
+TEST(ObservationOrder, goesOnAfterAnyAllocationThatFails) {
+  const std::string name = "a robot whose name does not fit into a string without an allocation";
+  bool has_failed = true;
+  for (long number = 0; has_failed; ++number) {
+    ObservationOrder order(1.0);
+    order.put(makeObservation("b", 2, 10.0), 0.0);
+    RobotObservation first = makeObservation(name, 1, 10.0);
+    try {
+      const test::FailingAllocation failing(number);
+      order.put(std::move(first), 0.0);
+      has_failed = false;
+    } catch (const std::bad_alloc&) {
+    }
+    EXPECT_EQ(order.findQuestions(0.1).size(), 1U) << "of b, after allocation " << number;
+    EXPECT_EQ(order.put(makeObservation(name, 1, 10.0), 0.1), has_failed);
+    EXPECT_EQ(order.takeDue(9.0).size(), 2U);
+    EXPECT_EQ(order.counts().num_late, 0U);
+  }
 }
 
 }  // namespace

@@ -126,7 +126,8 @@ std::vector<RobotObservation> ObservationOrder::takeDue(double now_s) {
 std::vector<ObservationQuestion> ObservationOrder::findQuestions(double now_s) const {
   std::vector<ObservationQuestion> questions;
   for (const auto& [name, session] : sessions_) {
-    if (last_session_.at(name.first) != name.second) continue;
+    const auto last = last_session_.find(name.first);  // put() may have failed in between.
+    if (last == last_session_.end() || last->second != name.second) continue;
     const std::uint64_t first = session.received.firstMissing(session.asked_to);
     const bool is_gap = first < session.received.newest();
     if (is_gap || behind_.count(name) > 0 || now_s - session.last_received_s >= kSilence_s) {
