@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/scan/surface_margins.h"
 
+#include "support/failing_allocation.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
+#include <new>
 #include <vector>
 
 namespace cuboid_mapping {
@@ -115,6 +118,28 @@ TEST(SurfaceMargins, areNoneForOddEndsWhichChangeNoOthersAndNeitherDoThreadsOrEa
     surfaces.compute(deeper, margins);
     surfaces.compute(scan, margins);
     EXPECT_EQ(margins, expected) << threads << " threads";
+  }
+}
+
+TEST(SurfaceMargins, areThoseOfTheirScanAfterOneThatMemoryRefused) {
+  Scan floor = makeFloor();
+  floor.no_returns.emplace_back(10.0F, 0.0F, 1.0F);
+  std::vector<float> expected;
+  SurfaceMargins(kReach_m, 1).compute(floor, expected);
+  Scan deeper = floor;
+  for (Eigen::Vector3f& point : deeper.points) point *= 2.0F;
+  bool has_failed = true;
+  for (long number = 0; has_failed; ++number) {
+    SurfaceMargins surfaces(kReach_m, 1);
+    std::vector<float> margins;
+    try {
+      const test::FailingAllocation failing(number);
+      surfaces.compute(deeper, margins);
+      has_failed = false;
+    } catch (const std::bad_alloc&) {
+    }
+    surfaces.compute(floor, margins);
+    EXPECT_EQ(margins, expected) << "after allocation " << number;
   }
 }
 

@@ -272,6 +272,9 @@ void SurfaceMargins::addNoReturns(const Scan& scan, float* shares) {
 }
 
 void SurfaceMargins::compute(const Scan& scan, std::vector<float>& margins) {
+  std::fill_n(ranges_m_.begin() + first_filled_, num_filled_, 0.0F);
+  first_filled_ = 0;  // Anywhere, if memory fails before it is known.
+  num_filled_ = std::ptrdiff_t{kRows} * kStride;
   pixels_.resize(scan.points.size() + scan.open_ends.size());
   place(scan.points, scan.origin, pixels_.data(), true);
   place(scan.open_ends, scan.origin, pixels_.data() + scan.points.size(), true);
@@ -285,6 +288,8 @@ void SurfaceMargins::compute(const Scan& scan, std::vector<float>& margins) {
   if (last_pixel == kNoPixel) return;
   const int first_row = first_pixel / kStride;
   const int num_rows = last_pixel / kStride + 1 - first_row;
+  first_filled_ = std::ptrdiff_t{first_row} * kStride;
+  num_filled_ = std::ptrdiff_t{num_rows} * kStride;
   for (int i = 0; i < num_rows; ++i) closeCircle(first_row + i);
   parallelFor(static_cast<std::size_t>(num_rows), threads_,
               [&](std::size_t i) { computeShares(first_row + static_cast<int>(i)); });
@@ -295,7 +300,6 @@ void SurfaceMargins::compute(const Scan& scan, std::vector<float>& margins) {
     findNearest(first_row, num_rows);
     addNoReturns(scan, margins.data() + pixels_.size());
   }
-  std::fill_n(ranges_m_.begin() + first_row * kStride, num_rows * kStride, 0.0F);
 }
 
 }  // namespace cuboid_mapping

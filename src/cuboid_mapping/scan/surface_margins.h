@@ -43,6 +43,11 @@ class SurfaceMargins {
   std::vector<float> shares_;
   std::vector<float> nearest_m_;  ///< Range of the nearest end beside it; infinite: none.
   ///@}
+  /// Pixels of ranges_m_ with the ends of the last scan.
+  ///@{
+  std::ptrdiff_t first_filled_ = 0;
+  std::ptrdiff_t num_filled_ = 0;
+  ///@}
 };
 
 }  // namespace cuboid_mapping
