@@ -130,11 +130,8 @@ std::size_t save(MapAccess& access, const std::string& file) {
     throw Error(file + ": the name must end in one of " + knownEndings());
   }
   const std::string frame_id = access.frame_id;
-  const MapSnapshot snapshot = access.read([&](const CuboidMap& map) {
-    MapSnapshot taken = takeSnapshot(map, frame_id);
-    if (formatOfName(file) == MapFormat::kCsv) addCuboids(map, taken);
-    return taken;
-  });
+  const MapSnapshot snapshot =
+      access.read([&](const CuboidMap& map) { return takeSnapshot(map, frame_id); });
   const py::gil_scoped_release release;
   return writeMapFile(file, snapshot);
 }

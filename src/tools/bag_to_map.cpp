@@ -140,14 +140,12 @@ std::string makeFile(BagClouds& clouds, const std::string& output, bool frees_pa
   BagMap map(clouds.parameters(), frees_passed);
   putAll(clouds, map);
   const std::size_t num_freed = frees_passed ? map.freePassed() : 0;
-  cuboid_mapping::MapSnapshot snapshot =
+  const cuboid_mapping::MapSnapshot snapshot =
       takeSnapshot(map.map(), withoutSlash(clouds.parameters().frame_id));
-  const auto format = *cuboid_mapping::formatOfName(output);
-  if (format == cuboid_mapping::MapFormat::kCsv) addCuboids(map.map(), snapshot);
   warnIfNothingIsOccupied(snapshot, clouds.statistics());
   cuboid_mapping::throwIfInterrupted();
   cuboid_mapping::writeMapFile(output, snapshot);
-  std::string content = describeContent(snapshot, format);
+  std::string content = describeContent(snapshot, *cuboid_mapping::formatOfName(output));
   if (frees_passed) {
     content += ", " + counted(num_freed, "occupied voxel") + " of passed objects freed";
   }

@@ -23,7 +23,7 @@ namespace cuboid_mapping {
 ///     diagonal away at most. A wall one voxel thick stays closed: no path through it crosses faces only. A pole one voxel thick may get gaps.
 /// All voxels that share space with a moved locked box are locked.
 /// @param T_target_map  Metres.
-/// @param map  Gets new bricks and locks, and loses those of addCuboids(). All else stays, also the name of the
+/// @param map  Gets new bricks and locks, and loses its cuboids. All else stays, also the name of the
 ///             frame.
 /// @param threads  The result does not depend on it. @param listener  Reports parts of the map.
 /// @return Whether it was exact.

@@ -24,8 +24,10 @@ struct MapSnapshot {
   /// Result of CuboidMap::lockedBoxes(); only the native format (.cuboids) keeps it.
   std::vector<CellBox> locked = {};
   /// Fused cuboids of FusionKind::kGrowth, which do not follow from the classes of the voxels: .cuboids and .sqlite keep
-  /// them. After addCuboids() all cuboids, for a .csv.
+  /// them.
   std::vector<Cuboid> cuboids = {};
+  /// Fusion of the map; kClass after reading a file.
+  FusionKind fusion = FusionKind::kClass;
 };
 
 /// Limits for reading a snapshot, so that a damaged file does not take all memory.
@@ -47,13 +49,9 @@ struct SnapshotLimits {
 /// All voxels of a map, its locks, and its fused cuboids of FusionKind::kGrowth. @complexity O(n log n).
 [[nodiscard]] MapSnapshot takeSnapshot(const CuboidMap& map, const std::string& frame_id);
 
-/// Adds all cuboids of a map whose fusion is not kClass to its snapshot, also single cells, for a .csv.
-/// @complexity O(n log n).
-void addCuboids(const CuboidMap& map, MapSnapshot& snapshot);
-
 /// Replaces everything in a map, also its locks, by a snapshot, exactly. The revision rises.
-/// A map with FusionKind::kGrowth gets the snapshot's cuboids, if it has some; else the
-/// voxels are fused anew, brick by brick. @pre findFault() finds none.
+/// A map with FusionKind::kGrowth gets the snapshot's cuboids, if it has some or is of such a map; else the voxels are
+/// fused anew, brick by brick. @pre findFault() finds none.
 /// @throws std::invalid_argument  The resolutions differ. @throws std::bad_alloc  In both cases the map is as
 ///         before.
 /// @complexity O(n log n).

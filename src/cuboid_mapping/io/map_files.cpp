@@ -153,9 +153,7 @@ ChangeSet loadMap(const std::string& file, CuboidMap& map) {
 }
 
 std::size_t saveMap(const CuboidMap& map, const std::string& file, const std::string& frame_id) {
-  MapSnapshot snapshot = takeSnapshot(map, frame_id);
-  if (formatOfName(file) == MapFormat::kCsv) addCuboids(map, snapshot);
-  return writeMapFile(file, snapshot);
+  return writeMapFile(file, takeSnapshot(map, frame_id));
 }
 
 }  // namespace cuboid_mapping

@@ -204,6 +204,7 @@ bool moveMap(const Eigen::Isometry3d& T_target_map, MapSnapshot& map, int thread
   map.locked = locked.boxes();
   map.bricks = std::move(targets);
   map.cuboids.clear();
+  map.fusion = FusionKind::kClass;
   return motion.is_exact;
 }
 
@@ -257,6 +258,7 @@ MapOverlap mergeMaps(MapSnapshot& target, const MapSnapshot& source, MergeRule r
   target.locked = locked.boxes();
   target.bricks = std::move(merged);
   target.cuboids.clear();
+  target.fusion = FusionKind::kClass;
   return overlap;
 }
 

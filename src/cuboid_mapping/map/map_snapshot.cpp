@@ -2,7 +2,6 @@
 #include "cuboid_mapping/map/map_snapshot.h"
 
 #include "cuboid_mapping/fusion/cuboid_tree.h"
-#include "cuboid_mapping/map/cuboid_search.h"
 #include "cuboid_mapping/map/locked_boxes.h"
 
 #include <algorithm>
@@ -49,36 +48,23 @@ std::vector<CellBox> boxesOf(const std::vector<Cuboid>& cuboids) {
   return boxes;
 }
 
-void sortCuboids(std::vector<Cuboid>& cuboids) {
-  std::sort(cuboids.begin(), cuboids.end(),
-            [](const Cuboid& a, const Cuboid& b) { return a.box.min < b.box.min; });
-}
-
 }  // namespace
 
 MapSnapshot takeSnapshot(const CuboidMap& map, const std::string& frame_id) {
   MapSnapshot snapshot{map.config().resolution_m, map.config().sensor_model,
                        map.config().environment, frame_id, map.voxels().copyIn(kAllCells)};
   snapshot.locked = map.lockedBoxes();
+  snapshot.fusion = map.config().fusion;
   if (const GrownBricks* grown = map.cuboids().grown()) {
     grown->forEach([&snapshot](const GrownBrick& brick) {
       for (const Cuboid& cuboid : brick.cuboids) {
         if (brickOf(cuboid.box.min) == brick.brick) snapshot.cuboids.push_back(cuboid);
       }
     });
-    sortCuboids(snapshot.cuboids);
+    std::sort(snapshot.cuboids.begin(), snapshot.cuboids.end(),
+              [](const Cuboid& a, const Cuboid& b) { return a.box.min < b.box.min; });
   }
   return snapshot;
-}
-
-void addCuboids(const CuboidMap& map, MapSnapshot& snapshot) {
-  if (map.config().fusion == FusionKind::kClass) return;
-  snapshot.cuboids.clear();
-  visitAll(map, CuboidFilter::kAll, [&snapshot](const Cuboid& cuboid) {
-    snapshot.cuboids.push_back(cuboid);
-    return Visit::kContinue;
-  });
-  sortCuboids(snapshot.cuboids);
 }
 
 ChangeSet restoreSnapshot(MapSnapshot snapshot, CuboidMap& map) {
@@ -88,16 +74,16 @@ ChangeSet restoreSnapshot(MapSnapshot snapshot, CuboidMap& map) {
   }
   CuboidMap restored(map.config());
   restored.replace(std::move(snapshot.bricks));
-  if (!snapshot.cuboids.empty()) restored.setGrownCuboids(snapshot.cuboids);
+  if (snapshot.fusion == FusionKind::kGrowth || !snapshot.cuboids.empty()) {
+    restored.setGrownCuboids(snapshot.cuboids);
+  }
   map.setLocked(snapshot.locked);  // Nothing throws from here on.
   return map.exchange(restored);
 }
 
 CuboidMap copyOf(const CuboidMap& map) {
-  MapSnapshot snapshot = takeSnapshot(map, {});
-  addCuboids(map, snapshot);
   CuboidMap copy(map.config());
-  restoreSnapshot(std::move(snapshot), copy);
+  restoreSnapshot(takeSnapshot(map, {}), copy);
   return copy;
 }
 

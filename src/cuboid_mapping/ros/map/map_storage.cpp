@@ -152,7 +152,6 @@ StorageAnswer saveMap(GuardedMap& map, const std::string& frame_id, const std::s
                       const SnapshotLimits& limits, const CallProgress& progress) {
   return guard([&](StorageAnswer& answer) {
     std::string state;
-    MapSnapshot told;  // Snapshot for the cuboids of a .csv.
     bool is_in_memory = true;
     const auto look = [&](const CuboidMap& content, const auto& /*stamp*/,
                           const MapWindow* window) {
@@ -160,11 +159,9 @@ StorageAnswer saveMap(GuardedMap& map, const std::string& frame_id, const std::s
       answer.revision = content.revision();
       is_in_memory = window == nullptr || window->figures().num_on_disk_only == 0;
       if (is_in_memory) answer.num_cuboids = countCuboids(content).total();
-      if (formatOfName(file) == MapFormat::kCsv) addCuboids(content, told);
     };
     MapSnapshot snapshot = takeWholeSnapshot(map, withoutSlash(frame_id), limits, look, progress);
     snapshot.progress = state;
-    if (!told.cuboids.empty()) snapshot.cuboids = std::move(told.cuboids);
     if (!is_in_memory) answer.num_cuboids = countCuboids(snapshot);
     answer.num_bytes = writeMapFile(followLinks(file), snapshot, progress.stage("writing"));
   });
