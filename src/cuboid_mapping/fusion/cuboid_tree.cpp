@@ -51,10 +51,7 @@ void CuboidTree::follow(const VoxelStore::PendingBrick& brick) noexcept {
 /// Calls visit(const Cuboid&) -> Visit for each cuboid of a brick that passes the filter.
 template <typename VisitT>
 Visit CuboidTree::visitBrick(const Brick& brick, CuboidFilter filter, VisitT visit) const {
-  if (source_ == CuboidSource::kVoxels) {
-    return visitVoxels(brick, BrickMask::all(), filter, visit);
-  }
-  if (source_ == CuboidSource::kGrown) {
+  if (grown_ != nullptr) {
     const GrownBrick* grown = grown_->find(brick.brick);
     if (grown == nullptr) return visitVoxels(brick, BrickMask::all(), filter, visit);
     for (const Cuboid& cuboid : grown->cuboids) {
@@ -72,15 +69,14 @@ Visit CuboidTree::visitBrick(const Brick& brick, CuboidFilter filter, VisitT vis
 }
 
 void CuboidTree::visitBox(const VoxelStore& voxels, const CellBox& window, CuboidFilter filter,
-                          CuboidVisitor visit) const {
+                          FunctionRef<Visit(const Cuboid&)> visit) const {
   const auto prefetch = [&voxels](NodeIndex leaf, int stage) {
     const Brick& brick = voxels.bricks().item(leaf);
     stage == 0 ? __builtin_prefetch(&brick) : brick.cuboids.prefetch();
   };
   visitLeaves(inner_, window, filter, prefetch, [&](NodeIndex leaf) {
     const Brick& brick = voxels.bricks().item(leaf);
-    if (source_ ==
-        CuboidSource::kGrown) {  // A cuboid of several bricks is visited in its first one.
+    if (grown_ != nullptr) {  // A cuboid of several bricks is visited in its first one.
       return visitBrick(brick, filter, [&](const Cuboid& cuboid) {
         const CellBox part = intersect(cuboid.box, window);
         const bool is_first = !part.isEmpty() && brickOf(part.min) == brick.brick;
@@ -96,13 +92,13 @@ void CuboidTree::visitBox(const VoxelStore& voxels, const CellBox& window, Cuboi
 
 void CuboidTree::visitNearest(const VoxelStore& voxels, const Eigen::Vector3d& point,
                               double max_distance, CuboidFilter filter,
-                              DistanceVisitor visit) const {
+                              FunctionRef<Visit(const Cuboid&, double)> visit) const {
   const auto read_leaf = [&](NodeIndex leaf, const auto& push) {
     const Brick& brick = voxels.bricks().item(leaf);
     (void)visitBrick(brick, filter, [&](const Cuboid& cuboid) {
       // A cuboid of several bricks is pushed in the nearest one.
       const bool is_nearest =
-          source_ != CuboidSource::kGrown || brickOf(nearestCell(cuboid.box, point)) == brick.brick;
+          grown_ == nullptr || brickOf(nearestCell(cuboid.box, point)) == brick.brick;
       if (is_nearest) push(cuboid);
       return Visit::kContinue;
     });

@@ -13,19 +13,6 @@
 
 namespace cuboid_mapping {
 
-/// Visitors of a search: called for each cuboid, or for each cuboid with its distance in cells.
-///@{
-using CuboidVisitor = FunctionRef<Visit(const Cuboid&)>;
-using DistanceVisitor = FunctionRef<Visit(const Cuboid&, double)>;
-///@}
-
-/// Source of the cuboids of a brick.
-enum class CuboidSource : unsigned char {
-  kDivision,  ///< The brick's voxels, divided by class; a reader divides stale ones.
-  kVoxels,    ///< Each voxel is a cuboid.
-  kGrown,     ///< Fused cuboids of GrownBricks, and all other voxels as single cells.
-};
-
 /// The R-tree of a map: its leaf nodes are the bricks, each with the tight MBR of its known voxels. Leaf branches are
 /// the cuboids of the brick; a grown cuboid is one of each brick that it shares a voxel with.
 ///
@@ -33,9 +20,9 @@ enum class CuboidSource : unsigned char {
 /// change.
 class CuboidTree {
  public:
-  /// @param grown  Bricks of kGrown, null for the others; must outlive the tree.
-  CuboidTree(const RTreeConfig& rtree, CuboidSource source, const GrownBricks* grown)
-      : inner_(rtree), source_(source), grown_(grown) {}
+  /// @param grown  The fused cuboids: all other voxels are single cells. Null: the cuboids are those into which the voxels
+  ///               of a brick are divided by class; a reader divides stale ones. Must outlive the tree.
+  CuboidTree(const RTreeConfig& rtree, const GrownBricks* grown) : inner_(rtree), grown_(grown) {}
 
   /// Reserves memory for a change. @param voxels  Have memory reserved for the change.
   /// @throws std::bad_alloc  Nothing has changed then.
@@ -48,13 +35,13 @@ class CuboidTree {
   /// See cuboid_search.h. Each cuboid is visited once.
   ///@{
   void visitBox(const VoxelStore& voxels, const CellBox& window, CuboidFilter filter,
-                CuboidVisitor visit) const;
+                FunctionRef<Visit(const Cuboid&)> visit) const;
   void visitNearest(const VoxelStore& voxels, const Eigen::Vector3d& point, double max_distance,
-                    CuboidFilter filter, DistanceVisitor visit) const;
+                    CuboidFilter filter, FunctionRef<Visit(const Cuboid&, double)> visit) const;
   ///@}
   /// The nodes above the leaf nodes.
   [[nodiscard]] const InnerTree& inner() const { return inner_; }
-  /// The grown cuboids by brick; null unless the source is kGrown.
+  /// Argument of the constructor.
   [[nodiscard]] const GrownBricks* grown() const { return grown_; }
 
  private:
@@ -62,7 +49,6 @@ class CuboidTree {
   Visit visitBrick(const Brick& brick, CuboidFilter filter, VisitT visit) const;
 
   InnerTree inner_;
-  CuboidSource source_;
   const GrownBricks* grown_;
 };
 

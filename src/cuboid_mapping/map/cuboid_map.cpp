@@ -15,15 +15,6 @@
 namespace cuboid_mapping {
 namespace {
 
-CuboidSource sourceOf(FusionKind fusion) {
-  switch (fusion) {
-    case FusionKind::kClass: return CuboidSource::kDivision;
-    case FusionKind::kGrowth: return CuboidSource::kGrown;
-    case FusionKind::kNone: break;
-  }
-  return CuboidSource::kVoxels;
-}
-
 /// Whether cells grow by the same rules, from whichever samples.
 bool growsAlike(const GrowthConfig& a, const GrowthConfig& b) {
   return a.settle_clouds == b.settle_clouds && a.alpha_min == b.alpha_min &&
@@ -40,8 +31,9 @@ CuboidMap::CuboidMap(const MapConfig& config)
   if (config.fusion == FusionKind::kGrowth) {
     growth_ = std::make_unique<GrowthFusion>(config.growth, sensor_model_);
   }
-  cuboids_ = std::make_unique<CuboidTree>(config.rtree, sourceOf(config.fusion),
-                                          growth_ ? &growth_->bricks() : nullptr);
+  static const GrownBricks kNothingGrown;
+  const GrownBricks* others = config.fusion == FusionKind::kNone ? &kNothingGrown : nullptr;
+  cuboids_ = std::make_unique<CuboidTree>(config.rtree, growth_ ? &growth_->bricks() : others);
 }
 
 CuboidMap::PendingChange::PendingChange() = default;
