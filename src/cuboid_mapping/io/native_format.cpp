@@ -84,7 +84,7 @@ std::string encodeHeader(const MapSnapshot& snapshot, std::uint32_t version, con
 
 /// Magic number and version, at the same place in all versions.
 std::uint32_t readVersion(std::string_view bytes, ByteReader& reader) {
-  if (!isNativeFormat(bytes)) {
+  if (bytes.substr(0, kMagic.size()) != kMagic) {
     const bool is_start = !bytes.empty() && kMagic.substr(0, bytes.size()) == bytes;
     if (is_start) (void)reader.readBytes(kMagic.size());
     failWith(MapFileDefect::kForeign,
@@ -185,8 +185,6 @@ std::vector<UniformBox> decodeCuboids(ByteReader& reader, const Sizes& sizes) {
 }
 
 }  // namespace
-
-bool isNativeFormat(std::string_view bytes) { return bytes.substr(0, kMagic.size()) == kMagic; }
 
 std::string toNativeFormat(const MapSnapshot& snapshot, const ProgressListener& listener) {
   ByteWriter payload;

@@ -16,9 +16,6 @@ namespace cuboid_mapping {
 /// else 2. All older versions can be read.
 constexpr std::uint32_t kNativeFormatVersion = 4;
 
-/// Whether bytes begin as a file of this format.
-[[nodiscard]] bool isNativeFormat(std::string_view bytes);
-
 /// A snapshot as the bytes of a file. Equal maps give equal bytes.
 /// @pre findFault() finds none. A frame_id is cut after 255 bytes. @param listener  Reports bricks. @complexity
 /// O(n).

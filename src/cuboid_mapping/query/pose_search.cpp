@@ -18,7 +18,9 @@ Cell keyOf(const LatticePose& at) {
   return {at.place.x, at.place.y, at.place.z * PoseLattice::kNumHeadings + at.heading};
 }
 
-bool isSame(const LatticePose& a, const LatticePose& b) { return keyOf(a) == keyOf(b); }
+bool isSame(const LatticePose& a, const LatticePose& b) {
+  return a.place == b.place && a.heading == b.heading;
+}
 
 /// Length of a way along edges and diagonals of squares.
 double diagonalDistance(const Eigen::Vector2d& away) {
@@ -26,8 +28,7 @@ double diagonalDistance(const Eigen::Vector2d& away) {
   return size.maxCoeff() + (M_SQRT2 - 1.0) * size.minCoeff();
 }
 
-}  // namespace
-
+/// A box at heading 0 that encloses the body in every heading.
 Body turningSpace(const Body& body) {
   double reach_m = 0.0;
   double low_m = std::numeric_limits<double>::infinity();
@@ -46,6 +47,8 @@ Body turningSpace(const Body& body) {
   space.size_m = {2.0 * reach_m, 2.0 * reach_m, high_m - low_m};
   return {{}, {space}};
 }
+
+}  // namespace
 
 PoseSearch::PoseSearch(const CuboidMap& map, const PosePathTask& task, UnknownPolicy policy,
                        const CellBox& region, PoseClearance& clearance)

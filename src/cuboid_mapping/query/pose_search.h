@@ -12,9 +12,6 @@
 
 namespace cuboid_mapping {
 
-/// A box at heading 0 that encloses the body in every heading.
-[[nodiscard]] Body turningSpace(const Body& body);
-
 /// A* over a PoseLattice from start to goal. Checks each motion only when the search is about to use it.
 class PoseSearch {
  public:

@@ -15,17 +15,13 @@ FilterCounts filterScan(Scan& scan, const ScanLimits& limits) {
     throw std::invalid_argument("the minimum range is NaN: give metres; 0 is no limit");
   }
   FilterCounts counts;
-  const MetricBox everything = ScanLimits().crop_map;
-  const bool has_crop =
-      limits.crop_map.min_m != everything.min_m || limits.crop_map.max_m != everything.max_m;
   const auto is_left_out = [&](const Eigen::Vector3f& point) {
     if (limits.min_range_m > 0.0 &&
         (point - scan.origin).cast<double>().norm() < limits.min_range_m) {
       ++counts.num_too_near;
       return true;
     }
-    if (has_crop ? !isInside(limits.crop_map, scan.anchor_map + point.cast<double>())
-                 : point.hasNaN()) {
+    if (!isInside(limits.crop_map, scan.anchor_map + point.cast<double>())) {
       ++counts.num_outside_crop;
       return true;
     }
