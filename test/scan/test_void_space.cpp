@@ -201,6 +201,20 @@ TEST(VoidSpace, IsAsYoungInAnotherFrame) {
   EXPECT_EQ(moved.numBricks(), 0U);
 }
 
+TEST(VoidSpace, LeavesOutMovingHitsThatAnotherSensorHasGrazed) {
+  ScanUpdate passed;
+  forEachBrick({{-8, -8, -8}, {16, 16, 16}}, [&](const Cell& brick) {
+    passed.bricks.push_back({brick, {}, BrickMask::all()});
+  });
+  VoidSpace space;
+  space.add(passed);
+  ScanUpdate hit;
+  hit.bricks.push_back({{0, 0, 0}, BrickMask::all(), {}, BrickMask::all()});
+  EXPECT_TRUE(space.withoutMoving(hit).bricks.empty());
+  keepClears(hit);
+  EXPECT_TRUE(hit.bricks.empty()) << "neither are they of a sensor that only clears";
+}
+
 TEST(VoidSpace, EmptyUpdatesLeaveItEmpty) {
   VoidSpace space;
   space.add(ScanUpdate());

@@ -63,6 +63,7 @@ void keepMarks(ScanUpdate& update) {
 void keepClears(ScanUpdate& update) {
   for (BrickUpdate& brick : update.bricks) {
     brick.misses = brick.misses.without(brick.hits);
+    brick.grazes = brick.grazes.without(brick.hits);
     brick.hits = {};
   }
   dropEmpty(update);

@@ -101,6 +101,7 @@ ScanUpdate VoidSpace::withoutMoving(const ScanUpdate& update) const {
     if (moving.isEmpty()) continue;
     brick.hits = brick.hits.without(moving);
     brick.misses = brick.misses.without(moving);
+    brick.grazes = brick.grazes.without(moving);
   }
   const auto is_empty = [](const BrickUpdate& brick) { return isEmpty(brick); };
   rest.bricks.erase(std::remove_if(rest.bricks.begin(), rest.bricks.end(), is_empty),
