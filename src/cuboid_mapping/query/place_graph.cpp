@@ -46,7 +46,7 @@ PlaceGraph::Range PlaceGraph::nodesIn(const Cell& brick) {
     std::vector<CellBox> boxes;
     partitionMask(brick, field_.inBrick(brick) & BrickMask::ofBox(part), boxes);
     if (!field_.budget().spend(kNode * boxes.size())) boxes.clear();
-    for (const CellBox& box : boxes) nodes_.push_back({box});
+    nodes_.insert(nodes_.end(), boxes.begin(), boxes.end());
   }
   return bricks_.findOrAdd(brick) = {brick, first, static_cast<NodeIndex>(nodes_.size())};
 }
@@ -55,7 +55,7 @@ void PlaceGraph::findNodes(const CellBox& places, std::vector<NodeIndex>& nodes)
   (void)anyBrick(places, [&](const Cell& brick) {
     const Range range = nodesIn(brick);
     for (NodeIndex node = range.first; node < range.last; ++node) {
-      if (nodes_[node].box.intersects(places)) nodes.push_back(node);
+      if (nodes_[node].intersects(places)) nodes.push_back(node);
     }
     return field_.budget().isSpent();  // Else on to the next brick.
   });
@@ -63,22 +63,14 @@ void PlaceGraph::findNodes(const CellBox& places, std::vector<NodeIndex>& nodes)
 
 void PlaceGraph::findNeighbors(NodeIndex node, std::vector<Neighbor>& neighbors) {
   neighbors.clear();
-  const CellBox box = nodes_[node].box;
-  for (int axis = 0; axis < 3; ++axis) {
-    for (const int face : {axis, axis + 3}) {
-      const CellBox beyond = slabBeyond(box, face);
-      addTouching(brickOf(beyond.min), beyond, neighbors);
+  const CellBox box = nodes_[node];
+  for (const int face : {0, 3, 1, 4, 2, 5}) {
+    const CellBox beyond = slabBeyond(box, face);  // In one brick.
+    const Range range = nodesIn(brickOf(beyond.min));
+    for (NodeIndex other = range.first; other < range.last; ++other) {
+      const CellBox places = intersect(nodes_[other], beyond);
+      if (!places.isEmpty()) neighbors.push_back({other, places});
     }
-  }
-}
-
-/// @param beyond  Places beside a node, in one brick.
-void PlaceGraph::addTouching(const Cell& brick, const CellBox& beyond,
-                             std::vector<Neighbor>& neighbors) {
-  const Range range = nodesIn(brick);
-  for (NodeIndex node = range.first; node < range.last; ++node) {
-    const CellBox places = intersect(nodes_[node].box, beyond);
-    if (!places.isEmpty()) neighbors.push_back({node, places});
   }
 }
 

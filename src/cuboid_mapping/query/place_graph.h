@@ -26,7 +26,7 @@ class PlaceGraph {
   void findNodes(const CellBox& places, std::vector<NodeIndex>& nodes);
 
   /// Places of a node. Valid until findNodes() or findNeighbors() is called.
-  [[nodiscard]] const CellBox& box(NodeIndex node) const { return nodes_[node].box; }
+  [[nodiscard]] const CellBox& box(NodeIndex node) const { return nodes_[node]; }
   /// Nodes of the bricks that were divided so far.
   [[nodiscard]] std::size_t numNodes() const { return nodes_.size(); }
 
@@ -39,9 +39,6 @@ class PlaceGraph {
   void findNeighbors(NodeIndex node, std::vector<Neighbor>& neighbors);
 
  private:
-  struct Node {
-    CellBox box;
-  };
   /// The nodes of a brick.
   struct Range {
     Cell brick;
@@ -50,11 +47,10 @@ class PlaceGraph {
   };
 
   Range nodesIn(const Cell& brick);
-  void addTouching(const Cell& brick, const CellBox& beyond, std::vector<Neighbor>& neighbors);
 
   FitField& field_;
   CellBox region_;
-  std::vector<Node> nodes_;
+  std::vector<CellBox> nodes_;
   BrickTable<Range> bricks_;
 };
 
