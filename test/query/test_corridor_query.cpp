@@ -37,36 +37,6 @@ MapConfig oneMetre() {
   return config;
 }
 
-TEST(PartitionMask, dividesAMaskIntoDisjointBoxes) {
-  Random random(101);
-  for (std::size_t i = 0; i < 2000; ++i) {
-    BrickMask mask{};
-    const int num_boxes = random.integer(0, 6);
-    for (int b = 0; b < num_boxes; ++b) {
-      test::markBox(mask, test::randomBoxInside(random, brickBox({0, 0, 0})));
-    }
-    const Cell brick{16, -8, 24};
-    std::vector<CellBox> boxes;
-    partitionMask(brick, mask, boxes);
-    BrickMask covered{};
-    double num_voxels = 0.0;
-    for (const CellBox& box : boxes) {
-      ASSERT_TRUE(brickBox(brick).contains(box));
-      test::markBox(covered, box);
-      num_voxels += box.numVoxels();
-    }
-    ASSERT_EQ(covered, mask) << test::seedNote(i);
-    ASSERT_EQ(num_voxels, mask.count()) << "disjoint" << test::seedNote(i);
-  }
-}
-
-TEST(PartitionMask, makesOneBoxOfABox) {
-  const CellBox box{{17, -7, 25}, {22, -3, 31}};
-  std::vector<CellBox> boxes;
-  partitionMask({16, -8, 24}, BrickMask::ofBox(box), boxes);
-  EXPECT_EQ(boxes, std::vector<CellBox>{box});
-}
-
 TEST(PullTight, goesStraightWherePortalsAllowIt) {
   CorridorPortals portals;
   for (const double x : {4.0, 8.0}) {

@@ -54,8 +54,4 @@ class PlaceGraph {
   BrickTable<Range> bricks_;
 };
 
-/// Divides a mask into disjoint boxes: the least voxel left takes as much as it can along x, then y,
-/// then z. Appended. @param brick  Least cell of the mask's brick.
-void partitionMask(const Cell& brick, BrickMask mask, std::vector<CellBox>& boxes);
-
 }  // namespace cuboid_mapping
