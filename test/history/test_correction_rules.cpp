@@ -79,6 +79,23 @@ TEST(CorrectionRule, doesNotInterpolatePosesAcrossAGap) {
   EXPECT_GT(history.correct(PoseTrack(poses)).maxShift_m(), 0.7) << "on the chord of the curve";
 }
 
+TEST(CorrectionRule, movesALockAloneByTheShiftOfItsOwnCenter) {
+  const MapConfig config = Drive::makeConfig(1);
+  CuboidMap map(config);
+  MapHistory history(config, 0.02, {});
+  KeptCloud cloud;
+  cloud.stamp_ns = Drive::stampOf(0);
+  history.add(cloud, {});
+  map.lock({{50, 50, 0}, {52, 52, 2}});
+  history.addEdit({}, map);
+  Eigen::Isometry3d turned = Eigen::Isometry3d::Identity();
+  turned.rotate(Eigen::AngleAxisd(M_PI / 2.0, Eigen::Vector3d::UnitZ()));
+  MapCorrection correction =
+      history.correct(PoseTrack({{cloud.stamp_ns, turned}}), {OutsidePoses::kFollow, 0.0, true});
+  const std::vector<CellBox> expected{{{-52, 50, 0}, {-50, 52, 2}}};
+  EXPECT_EQ(correction.map().lockedBoxes(), expected);
+}
+
 /// Edits and locks move with the cloud before them; a second correction starts from their new places.
 TEST(CorrectionRule, movesEditsAlong) {
   int num_locked = 0;

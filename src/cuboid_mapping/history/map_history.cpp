@@ -126,7 +126,9 @@ struct MapHistory::Implementation {
     edit.newly_unlocked = subtract(locked, edit.locked);
     if (edit.whole.isEmpty()) {
       for (const auto* boxes : {&edit.newly_locked, &edit.newly_unlocked}) {
-        for (const CellBox& box : *boxes) edit.whole = unite(edit.whole, box);
+        for (const CellBox& box : *boxes) {
+          edit.whole = edit.whole.isEmpty() ? box : unite(edit.whole, box);
+        }
       }
     }
     append(std::move(edit));
