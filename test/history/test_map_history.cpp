@@ -248,6 +248,11 @@ TEST(MapHistory, refusesNumbersThatAreNone) {
   expect_refusal([&](ObservationConfig& config) { config.ranges.end_margin_m = nan; });
   expect_refusal([&](ObservationConfig& config) { config.limits.min_range_m = nan; });
   expect_refusal([&](ObservationConfig& config) { config.sensor_model.hit = nan; });
+  for (const double wrong : {nan, 2.0}) {
+    KeptCloud cloud;
+    cloud.T_map_body.linear()(0, 0) = wrong;
+    EXPECT_THROW(history.add(cloud, {}), std::invalid_argument);
+  }
   EXPECT_EQ(history.numAdded(), 0U);
 }
 

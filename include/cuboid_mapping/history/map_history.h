@@ -121,7 +121,7 @@ class MapHistory {
   void restart(const CuboidMap& map);
 
   /// Adds a cloud that is in the map. Older clouds may become fixed. Where it throws, the cloud is not added.
-  /// @throws std::invalid_argument  with all errors in `config`.
+  /// @throws std::invalid_argument  with all errors in `config`; or as PoseTrack, for its pose.
   void add(const KeptCloud& cloud, const ObservationConfig& config);
 
   /// Adds an edit: the current content of the map inside a box, and its locks. @param box  Empty: the locks

@@ -262,6 +262,7 @@ void MapHistory::restart(const CuboidMap& map) {
 
 void MapHistory::add(const KeptCloud& cloud, const ObservationConfig& config) {
   check(config);
+  (void)PoseTrack({{cloud.stamp_ns, cloud.T_map_body}});  // Begins every correction.
   Implementation& own = *implementation_;
   const std::lock_guard<std::mutex> lock(own.mutex);
   HistoryEvent event;
