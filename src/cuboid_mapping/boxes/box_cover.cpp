@@ -79,12 +79,10 @@ class CoverSearch {
       : task_(task),
         occupied_(occupied),
         cost_(map),
-        voxels_(budget),
+        voxels_(budget, occupied),
         budget_(budget),
         max_boxes_(task.max_boxes),
-        keep_free_(task.keep_free) {
-    for (const CellBox& box : occupied) voxels_.add(box);
-  }
+        keep_free_(task.keep_free) {}
 
   void run() {
     boxes_ = findBoxes();
@@ -111,7 +109,7 @@ class CoverSearch {
   [[nodiscard]] const std::vector<LostPassage>& lost() const { return lost_; }
   /// Counted whole, also when the budget is spent.
   [[nodiscard]] double numAdded() const {
-    return coverOf(boxes_, Budget::unlimited()).size() - voxels_.size();
+    return VoxelSet(Budget::unlimited(), boxes_).size() - voxels_.size();
   }
 
  private:
@@ -166,12 +164,7 @@ class CoverSearch {
   }
 
   [[nodiscard]] VoxelSet coverOf(const std::vector<CellBox>& boxes) const {
-    return coverOf(boxes, budget_);
-  }
-  [[nodiscard]] static VoxelSet coverOf(const std::vector<CellBox>& boxes, Budget& budget) {
-    VoxelSet cover(budget);
-    for (const CellBox& box : boxes) cover.add(box);
-    return cover;
+    return VoxelSet(budget_, boxes);
   }
 
   [[nodiscard]] double costOf(const std::vector<CellBox>& boxes) const {

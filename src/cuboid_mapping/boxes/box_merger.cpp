@@ -34,10 +34,8 @@ BoxMerger::BoxMerger(const std::vector<CellBox>& boxes, const std::vector<CellBo
       cost_(cost),
       budget_(budget),
       may_take_(std::move(may_take)),
-      covered_(budget),
-      num_left_(boxes.size()) {
-  for (const CellBox& box : boxes) covered_.add(box);
-}
+      covered_(budget, boxes),
+      num_left_(boxes.size()) {}
 
 void BoxMerger::mergeTo(std::size_t max_boxes) {
   std::size_t group_size = kGroupSize;

@@ -48,9 +48,7 @@ void CoverExchange::improve(std::size_t max_boxes) {
 }
 
 double CoverExchange::costOf(const std::vector<CellBox>& boxes) const {
-  VoxelSet covered(budget_);
-  for (const CellBox& box : boxes) covered.add(box);
-  return cost_.ofCover(covered, occupied_.size());
+  return cost_.ofCover(VoxelSet(budget_, boxes), occupied_.size());
 }
 
 template <typename VisitorT>
@@ -163,8 +161,7 @@ std::vector<CellBox> CoverExchange::findUnions(const std::vector<CellBox>& boxes
   }
   std::stable_sort(unions.begin(), unions.end(), is_less);
   unions.resize(std::min(unions.size(), kExactUnions));
-  VoxelSet covered(budget_);
-  for (const CellBox& box : boxes) covered.add(box);
+  const VoxelSet covered(budget_, boxes);
   for (auto& [cost, both] : unions) cost = cost_.ofBox(both, covered);
   std::stable_sort(unions.begin(), unions.end(), is_less);
   if (!may_take_ && unions.size() > 1) unions.resize(1);

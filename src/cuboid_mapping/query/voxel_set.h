@@ -4,13 +4,17 @@
 #include "cuboid_mapping/query/budget.h"
 #include "cuboid_mapping/voxels/brick_table.h"
 
+#include <vector>
+
 namespace cuboid_mapping {
 
 /// A set of voxels, by brick. Once the budget is spent, unread bricks count as outside the set.
 class VoxelSet {
  public:
-  /// @param budget  Counts bricks that are read. Must outlive the set.
-  explicit VoxelSet(Budget& budget) : budget_(&budget) {}
+  /// The voxels of some boxes. @param budget  Counts bricks that are read. Must outlive the set.
+  explicit VoxelSet(Budget& budget, const std::vector<CellBox>& boxes = {}) : budget_(&budget) {
+    for (const CellBox& box : boxes) add(box);
+  }
 
   /// Adds voxels.
   ///@{
