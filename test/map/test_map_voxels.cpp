@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The voxels of a map are current after every cloud, even if bricks wait for their division.
+#include "cuboid_mapping/query/box_query.h"
 #include "support/modelled_map.h"
 #include "support/random_shapes.h"
 
@@ -13,7 +14,7 @@ using test::Random;
 TEST(VoxelsOfCuboidMap, areUnknownAtFirst) {
   const CuboidMap map;
   EXPECT_EQ(map.voxels().at({0, 0, 0}), Occupancy::kUnknown);
-  EXPECT_FALSE(map.voxels().isAnyOccupied({{-20, -20, -20}, {20, 20, 20}}));
+  EXPECT_FALSE(isAnyOccupied(map, {{-20, -20, -20}, {20, 20, 20}}));
 }
 
 TEST(VoxelsOfCuboidMap, areThoseOfTheReference) {
@@ -34,7 +35,7 @@ TEST(VoxelsOfCuboidMap, areThoseOfTheReference) {
       test::visitCells(asked, [&](const Cell& cell) {
         is_any_occupied = is_any_occupied || model.voxels.find(cell).value_or(-1.0F) >= 0.0F;
       });
-      ASSERT_EQ(model.map.voxels().isAnyOccupied(asked), is_any_occupied) << asked;
+      ASSERT_EQ(isAnyOccupied(model.map, asked), is_any_occupied) << asked;
       num_occupied_boxes += is_any_occupied ? 1 : 0;
     }
   }

@@ -58,10 +58,6 @@ class VoxelStore {
     return voxels == nullptr ? std::nullopt : voxels->logOddsAt(voxelIndex(cell));
   }
 
-  /// Whether any voxel of a box is occupied; false for an empty one.
-  /// @complexity O(bricks that the box shares a cell with, or all known bricks if these are fewer).
-  [[nodiscard]] bool isAnyOccupied(const CellBox& box) const;
-
   /// Calls visit for each brick with a known voxel, in no particular order.
   void forEach(FunctionRef<void(const VoxelBrick&)> visit) const;
   /// Like forEach(), for the bricks that share a cell with a box.

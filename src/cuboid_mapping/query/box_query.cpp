@@ -50,7 +50,9 @@ bool isFree(const CuboidMap& map, const MetricBox& box_map, UnknownPolicy policy
 }
 
 bool isAnyOccupied(const CuboidMap& map, const CellBox& box) {
-  if (box.numVoxels() <= kMaxVoxelsByBrick) return map.voxels().isAnyOccupied(box);
+  if (box.numVoxels() <= kMaxVoxelsByBrick) {
+    return Obstacles(map, UnknownPolicy::kFree, Budget::unlimited()).isAny(box);
+  }
   bool found = false;
   visitBox(map, box, CuboidFilter::kOccupied, [&found](const Cuboid&) {
     found = true;

@@ -49,23 +49,6 @@ VoxelStore::~VoxelStore() = default;
 
 const VoxelBrick* VoxelStore::findBrick(const Cell& brick) const { return bricks_->find(brick); }
 
-bool VoxelStore::isAnyOccupied(const CellBox& box) const {
-  const auto is_occupied = [&box](const VoxelBrick& brick) {
-    if (!brick.voxels.isAnyOccupied()) return false;
-    const CellBox part = intersect(box, brickBox(brick.brick));
-    return brick.voxels.occupied().intersects(BrickMask::ofBox(part));
-  };
-  if (numBricks(box) > static_cast<double>(size())) {
-    bool found = false;
-    bricks_->forEachIn(box, [&](const Brick& brick) { found = found || is_occupied(brick); });
-    return found;
-  }
-  return anyBrick(box, [&](const Cell& brick) {
-    const Brick* found = bricks_->find(brick);
-    return found != nullptr && is_occupied(*found);
-  });
-}
-
 void VoxelStore::forEach(FunctionRef<void(const VoxelBrick&)> visit) const {
   std::as_const(*bricks_).forEach(visit);
 }
