@@ -413,6 +413,24 @@ std::vector<Question> monstrousQuestions() {
            }}};
 }
 
+TEST(QueriesWithABudget, endAlsoWhereNothingIsOfTheClass) {
+  CuboidMap map;
+  const CellBox area{{0, 0, 0}, {80, 80, 80}};
+  for (const CuboidFilter filter : {CuboidFilter::kFree, CuboidFilter::kOccupied}) {
+    map.replace(area, {{area, filter == CuboidFilter::kFree ? 1.0F : -1.0F}});
+    CuboidSelection selection;
+    selection.filter = filter;
+    Budget all;
+    EXPECT_TRUE(selectCuboids(map, area, selection, all).isNotFound());
+    EXPECT_TRUE(findNearest(map, {0, 0, 0}, 1, filter, all).isNotFound());
+    if (filter == CuboidFilter::kOccupied) continue;  // The tree passes no brick without any.
+    Budget few(bricks(100));
+    EXPECT_EQ(selectCuboids(map, area, selection, few).status, AnswerStatus::kBudgetSpent);
+    few = Budget(bricks(100));
+    EXPECT_EQ(findNearest(map, {0, 0, 0}, 1, filter, few).status, AnswerStatus::kBudgetSpent);
+  }
+}
+
 TEST(QueriesWithABudget, endSoonWhateverIsAsked) {
   const CuboidMap map = makeMap();
   for (const Question& question : monstrousQuestions()) {

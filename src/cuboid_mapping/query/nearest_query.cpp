@@ -17,10 +17,13 @@ Answer<std::vector<NearestCuboid>> findNearest(const CuboidMap& map,
   if (!budget.spend()) return AnswerStatus::kBudgetSpent;
   bool is_complete = true;
   const Grid& grid = map.grid();
-  visitNearest(map, grid.toCellUnits(point_map), max_distance_m / grid.resolution(), filter,
+  // A search for free ones alone would pass any number of occupied ones without a look at the budget.
+  const CuboidFilter passed = filter == CuboidFilter::kFree ? CuboidFilter::kAll : filter;
+  visitNearest(map, grid.toCellUnits(point_map), max_distance_m / grid.resolution(), passed,
                [&](const Cuboid& cuboid, double distance) {
-                 is_complete = budget.spend() && budget.addEntries();
+                 is_complete = budget.spend() && (!matches(filter, cuboid) || budget.addEntries());
                  if (!is_complete) return Visit::kStop;
+                 if (!matches(filter, cuboid)) return Visit::kContinue;
                  const MetricBox box = grid.toMetricBox(cuboid.box);
                  const Eigen::Vector3d closest = point_map.cwiseMax(box.min_m).cwiseMin(box.max_m);
                  nearest.push_back({cuboid, distance * grid.resolution(), closest,
