@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <set>
 #include <string>
 #include <vector>
@@ -35,8 +36,9 @@ std::set<Cell> markedCells(const BeamMarks& marks) {
   return cells;
 }
 
-bool markOne(const Ray& ray, BeamMarks& marks) {
-  RayBatch one(ray);
+bool markOne(const RayOrigin& origin, const Eigen::Vector3f& end, BeamMarks& marks) {
+  RayBatch one;
+  computeRays(origin, &end, 1, std::numeric_limits<double>::infinity(), one);
   return markSlabs(one, Cell{kBase, kBase, kBase}, marks) != 0;
 }
 
@@ -54,7 +56,7 @@ void checkBeam(const Grid& grid, const Eigen::Vector3d& anchor_map, const Eigen:
   std::set<Cell> expected(walked.begin(), walked.end());
   expected.insert(ray->end);
   BeamMarks marks;
-  if (markOne(*ray, marks)) {
+  if (markOne(RayOrigin(grid, anchor_map, origin), end, marks)) {
     ++counts.marked;
     ASSERT_EQ(markedCells(marks), expected);
   } else {
@@ -139,11 +141,9 @@ TEST_F(SlabWalk, marksTheVoxelsOfTheRayWalkFarFromTheOriginOfTheMap) {
 }
 
 TEST_F(SlabWalk, leavesABeamWithoutAnySlabBorderToTheRayWalk) {
-  const auto ray =
-      test::computeRay(Grid(1.0), Eigen::Vector3d::Zero(), {0.1F, 0.1F, 0.1F}, {0.9F, 0.9F, 0.9F});
-  ASSERT_TRUE(ray.has_value());
+  const RayOrigin origin(Grid(1.0), Eigen::Vector3d::Zero(), {0.1F, 0.1F, 0.1F});
   BeamMarks marks;
-  EXPECT_FALSE(markOne(*ray, marks));
+  EXPECT_FALSE(markOne(origin, {0.9F, 0.9F, 0.9F}, marks));
   EXPECT_EQ(marks.size(), 0U);
 }
 

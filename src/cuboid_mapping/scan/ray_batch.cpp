@@ -9,19 +9,6 @@
 
 namespace cuboid_mapping {
 
-/// Four copies, since four rays are set up at once.
-RayBatch::RayBatch(const Ray& ray) : count(1), taken(1) {
-  for (int i = 0; i < 4; ++i) {
-    for (int axis = 0; axis < 3; ++axis) {
-      t_max[axis][i] = ray.t_max[axis];
-      t_delta[axis][i] = ray.t_delta[axis];
-      start[axis][i] = ray.start[axis];
-      end[axis][i] = ray.end[axis];
-    }
-    length_m[i] = ray.length_m;
-  }
-}
-
 #ifdef CUBOID_MAPPING_HAS_LANES
 
 // Headers included above must use only the instructions that every processor has.

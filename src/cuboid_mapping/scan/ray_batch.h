@@ -12,10 +12,6 @@ struct RayBatch {
   /// Number of rays: a set of them is one word.
   static constexpr int kSize = 32;
 
-  RayBatch() = default;
-  /// A batch of one ray.
-  explicit RayBatch(const Ray& ray);
-
   int count = 0;
   std::uint32_t taken = 0;  ///< Beams that are set up, see RayOrigin::computeRay().
   std::uint32_t cut = 0;    ///< Beams among them that end at the max range.

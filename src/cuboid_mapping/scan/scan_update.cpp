@@ -37,13 +37,6 @@ Cell toBrick(BrickKey key, const Cell& base) {
                      static_cast<std::int32_t>(key >> (2 * kBrickKeyBits) & kMask) * kBrickEdge};
 }
 
-/// Whether walkRay() is faster than the set-up of markSlabs() for one beam.
-bool isShort(const Ray& ray) {
-  constexpr int kMaxBorders = 16;
-  const Cell way = ray.end - ray.start;
-  return std::abs(way.x) + std::abs(way.y) + std::abs(way.z) <= kMaxBorders;
-}
-
 void dropEmpty(ScanUpdate& update) {
   const auto is_empty = [](const BrickUpdate& brick) { return isEmpty(brick); };
   update.bricks.erase(std::remove_if(update.bricks.begin(), update.bricks.end(), is_empty),
@@ -91,12 +84,7 @@ bool ScanUpdater::isWithinKeyRange(const RayOrigin& origin) const {
 }
 
 void ScanUpdater::markBeam(const Ray& ray, bool is_hit, BeamMarks& marks) const {
-  bool is_marked = false;
-  if (hasLanes() && !isShort(ray)) {
-    RayBatch one(ray);
-    is_marked = markSlabs(one, base_, marks) != 0;
-  }
-  if (!is_marked) (void)walkRay(ray, BrickCursor(ray, base_, marks));
+  (void)walkRay(ray, BrickCursor(ray, base_, marks));
   const Cell local_end = ray.end - base_;
   const int voxel = voxelIndex(local_end);
   BrickMarks& last_marks = marks.findOrAdd(toBrickKey(local_end));
@@ -193,7 +181,6 @@ void ScanUpdater::addOpenBeam(const BeamSource& source, std::size_t index, float
   bool is_cut = false;
   const auto ray = countRay(source, end, is_cut, share);
   if (!ray) return;
-  if (is_cut) return markBeam(*ray, false, share.marks);
   const double margin_m = endMargin(margin, ray->length_m);
   if (margin_m > 0.0) return markWithMargin(*ray, margin_m, EndMark::kNone, share);
   // Without the last voxel, which markSlabs() would mark, too.
@@ -253,9 +240,16 @@ void ScanUpdater::addScan(const Scan& scan, const float* margins, bool by_column
     add_part(noReturnsOf(scan, margins));
   }
   const std::size_t num_open = scan.open_ends.size();
+  std::vector<Eigen::Vector3f> cut_ends;  // As no-returns beyond the range.
   for (std::size_t i = num_open * part / num_parts; i < num_open * (part + 1) / num_parts; ++i) {
-    addOpenBeam(source, i, margins == nullptr ? 0.0F : margins[scan.points.size() + i], share);
+    Eigen::Vector3f end = scan.open_ends[i];
+    if (std::isfinite(ranges_.max_range_m) && cutBeam(scan.origin, ranges_.max_range_m, end)) {
+      cut_ends.push_back(scan.open_ends[i]);
+    } else {
+      addOpenBeam(source, i, margins == nullptr ? 0.0F : margins[scan.points.size() + i], share);
+    }
   }
+  addBeams(source, {cut_ends.data(), nullptr, cut_ends.size(), false}, share);
 }
 
 void ScanUpdater::Share::clear() {

@@ -174,6 +174,7 @@ class ScanUpdater {
   /// Adds part `part` of `num_parts` of a scan. @param by_columns  Whether addByColumns() adds the rest of it.
   void addScan(const Scan& scan, const float* margins, bool by_columns, std::size_t part,
                std::size_t num_parts, Share& share) const;
+  /// @param index  Of an open end within the maximum range.
   void addOpenBeam(const BeamSource& source, std::size_t index, float margin, Share& share) const;
   void addFreePoints(const RayOrigin& ray_origin, const std::vector<Eigen::Vector3f>& points,
                      BeamMarks& marks) const;
