@@ -39,13 +39,7 @@ std::vector<VoxelBrick> decodePlaces(std::size_t num_bricks, ByteReader& bytes) 
   std::vector<VoxelBrick> bricks(num_bricks);
   for (int axis = 0; axis < 3; ++axis) {
     DifferenceReader numbers(bytes);
-    for (VoxelBrick& brick : bricks) {
-      const std::int64_t coordinate = std::int64_t{numbers.read()} * kBrickEdge;
-      if (coordinate < -Grid::kMaxCell || coordinate >= Grid::kMaxCell) {
-        failCorrupted("a brick lies outside the limits of a map");
-      }
-      brick.brick[axis] = static_cast<std::int32_t>(coordinate);
-    }
+    for (VoxelBrick& brick : bricks) brick.brick[axis] = numbers.readBrickPlace();
   }
   return bricks;
 }
@@ -116,6 +110,13 @@ float readLogOdds(const std::vector<float>& log_odds, ByteReader& bytes) {
   const std::uint32_t index = bytes.readVarint();
   if (index >= log_odds.size()) failCorrupted("a voxel refers to log-odds that are not there");
   return log_odds[index];
+}
+
+std::int32_t toBrickPlace(std::int64_t place) {
+  if (place % kBrickEdge != 0 || place < -Grid::kMaxCell || place >= Grid::kMaxCell) {
+    failCorrupted("a brick lies outside the limits of a map");
+  }
+  return static_cast<std::int32_t>(place);
 }
 
 std::int32_t DifferenceReader::read() {

@@ -36,6 +36,10 @@ void writeMask(const BrickMask& mask, ByteWriter& bytes);
 /// The log-odds that an index names. @throws MapFileError  as decodeBricks().
 [[nodiscard]] float readLogOdds(const std::vector<float>& log_odds, ByteReader& bytes);
 
+/// A coordinate of a brick. In 64 bits, since damaged numbers may be of any size.
+/// @throws MapFileError (kCorrupted) if no brick of a map can have it.
+[[nodiscard]] std::int32_t toBrickPlace(std::int64_t place);
+
 /// Writes the differences of successive numbers.
 class DifferenceWriter {
  public:
@@ -56,6 +60,8 @@ class DifferenceReader {
   explicit DifferenceReader(ByteReader& bytes) : bytes_(bytes) {}
   /// @throws MapFileError (kCorrupted) outside kAllCells.
   std::int32_t read();
+  /// As above, for the number of a brick along an axis: its coordinate.
+  std::int32_t readBrickPlace() { return toBrickPlace(std::int64_t{read()} * kBrickEdge); }
 
  private:
   ByteReader& bytes_;

@@ -61,12 +61,8 @@ std::string encodeBricks(const ScanUpdate& update, const UpdateFormat& format) {
   payload.writeVarint(update.num_out_of_range);
   payload.writeVarint(update.num_too_far);
   for (int axis = 0; axis < 3; ++axis) {
-    std::int32_t last = 0;
-    for (const BrickUpdate& brick : update.bricks) {
-      const std::int32_t number = brick.brick[axis] / kBrickEdge;
-      payload.writeVarint(toZigzag(number - last));
-      last = number;
-    }
+    DifferenceWriter numbers(payload);
+    for (const BrickUpdate& brick : update.bricks) numbers.write(brick.brick[axis] / kBrickEdge);
   }
   for (const BrickUpdate& brick : update.bricks) writeMask(brick.hits, payload);
   for (const BrickUpdate& brick : update.bricks) {
@@ -81,21 +77,10 @@ std::string encodeBricks(const ScanUpdate& update, const UpdateFormat& format) {
   return payload.take();
 }
 
-/// A coordinate of a brick in a message. In 64 bits, since damaged numbers may be of any size.
-std::int32_t checkedPlace(std::int64_t place) {
-  if (place % kBrickEdge != 0 || place < -Grid::kMaxCell || place >= Grid::kMaxCell) {
-    failCorrupted("a brick lies outside the limits of a map");
-  }
-  return static_cast<std::int32_t>(place);
-}
-
 void readBricks(ByteReader& payload, std::vector<BrickUpdate>& bricks) {
   for (int axis = 0; axis < 3; ++axis) {
-    std::int64_t number = 0;
-    for (BrickUpdate& brick : bricks) {
-      number += fromZigzag(payload.readVarint());
-      brick.brick[axis] = checkedPlace(number * kBrickEdge);
-    }
+    DifferenceReader numbers(payload);
+    for (BrickUpdate& brick : bricks) brick.brick[axis] = numbers.readBrickPlace();
   }
 }
 
@@ -110,7 +95,7 @@ void readNumberedBricks(ByteReader& payload, std::vector<BrickUpdate>& bricks) {
     const std::uint64_t number = next + gap;
     for (int axis = 0; axis < 3; ++axis) {
       const auto from_base = static_cast<std::int64_t>(gatherBits(number >> axis)) * kBrickEdge;
-      brick.brick[axis] = checkedPlace(base[axis] + from_base);
+      brick.brick[axis] = toBrickPlace(base[axis] + from_base);
     }
     next = number + 1;
   }
