@@ -37,6 +37,18 @@ TEST(ChangeMemory, OfEditsBrickByBrickGrowsWithTheMapAndNotWithItsSquare) {
   EXPECT_LT(bytes_of(40000), 12 * bytes_of(5000));
 }
 
+TEST(ChangeMemory, OfLocksGrowsWithTheirNumberAndNotWithItsSquare) {
+  const auto bytes_of = [](std::int32_t num_locks) {
+    return bytesOf([num_locks] {
+      CuboidMap map;
+      for (std::int32_t i = 0; i < num_locks; ++i) {
+        map.lock(CellBox::ofCell({2 * (i % 200), 2 * (i / 200), 0}));
+      }
+    });
+  };
+  EXPECT_LT(bytes_of(20000), 12 * bytes_of(2500));
+}
+
 TEST(ChangeMemory, OfACloudHasNoRoomForACopyOfIt) {
   ScanUpdate update;
   for (std::int32_t i = 0; i < 4096; ++i) {

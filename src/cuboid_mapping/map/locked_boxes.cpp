@@ -34,8 +34,8 @@ void LockedBoxes::replace(const CellBox& box, bool is_added) {
   });
   if (is_added) added.push_back(box);
   const std::size_t end = boxes_.size() + added.size();
-  boxes_.reserve(end);
-  free_.reserve(end);
+  if (end > boxes_.capacity()) boxes_.reserve(end + end / 2);
+  if (end > free_.capacity()) free_.reserve(end + end / 2);
   tree_.reserve(added.size(), met.size(), end);  // Nothing throws from here on.
   for (const NodeIndex locked : met) {
     tree_.remove(locked);
