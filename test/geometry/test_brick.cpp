@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/geometry/brick.h"
 
+#include "cuboid_mapping/geometry/page.h"
 #include "support/random_shapes.h"
 
 #include <gtest/gtest.h>
@@ -127,6 +128,12 @@ TEST(Brick, visitsNoneForAnEmptyBox) {
 TEST(Brick, countsTheBricksOfTheWholeGrid) {
   constexpr std::int32_t kFar = 1 << 30;
   EXPECT_EQ(numBricks({{-kFar, -kFar, 0}, {kFar, kFar, 1}}), 0x1p56);
+}
+
+TEST(Page, isCountedIfItSharesACellWithABox) {
+  EXPECT_EQ(numPages(pageBox({64, 0, -64})), 1.0);
+  EXPECT_EQ(numPages({{-1, 0, 0}, {65, 64, 1}}), 3.0);
+  EXPECT_EQ(numPages({}), 0.0);
 }
 
 TEST(Brick, numbersTheBricksOfAGroup) {

@@ -21,12 +21,11 @@ constexpr std::int32_t kPageEdge = 64;
   return {page, {page.x + kPageEdge, page.y + kPageEdge, page.z + kPageEdge}};
 }
 
-/// Number of pages that share a cell with a box.
+/// Number of pages that share a cell with a box. Exact up to 2^53.
 [[nodiscard]] constexpr double numPages(const CellBox& box) {
-  double count = 1.0;
+  double count = box.isEmpty() ? 0.0 : 1.0;
   for (int axis = 0; axis < 3; ++axis) {
-    // Computed in double: a box may be wider than an int32.
-    count *= 1.0 + (1.0 * pageOf(box.max)[axis] - pageOf(box.min)[axis]) / kPageEdge;
+    count *= ((box.max[axis] - 1) >> 6) - (box.min[axis] >> 6) + 1.0;
   }
   return count;
 }
