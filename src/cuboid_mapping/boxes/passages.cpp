@@ -157,8 +157,16 @@ std::vector<LostPassage> Passages::findLost(const VoxelSet& cover) {
   const Obstacles obstacles(map_, UnknownPolicy::kObstacle, budget_, &cover);
   Places beside(obstacles, region_, size_, bricks_);
   const std::vector<bool> is_kept = findKept(beside);
-  VoxelSet lost(budget_);
-  for (Node node = 0; node < all_.part_of.size(); ++node) lost.add(all_.graph.box(node));
+  VoxelSet kept(budget_);
+  for (Node node = 0; node < beside.part_of.size(); ++node) {
+    if (is_kept[beside.part_of[node]]) kept.add(beside.graph.box(node));
+  }
+  VoxelSet lost(budget_);  // Of few bricks: most places are kept themselves.
+  for (Node node = 0; node < all_.part_of.size(); ++node) {
+    const CellBox& box = all_.graph.box(node);
+    const Cell brick = brickOf(box.min);
+    lost.add(brick, BrickMask::ofBox(box).without(kept.inBrick(brick)));
+  }
   for (Node node = 0; node < beside.part_of.size(); ++node) {
     if (is_kept[beside.part_of[node]]) lost.remove(dilate(beside.graph.box(node), size_));
   }

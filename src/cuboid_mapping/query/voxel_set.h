@@ -19,18 +19,22 @@ class VoxelSet {
   /// Adds voxels.
   ///@{
   void add(const CellBox& box) {
-    change(box, [](BrickMask& mask, const BrickMask& part) { mask |= part; });
+    cuboid_mapping::forEachBrick(box, [&](const Cell& brick) {
+      if (budget_->spend()) add(brick, partOf(box, brick));
+    });
   }
   void add(const Cell& brick, const BrickMask& voxels) {
     if (voxels.isEmpty()) return;
     Item& item = items_.findOrAdd(brick);
-    item.voxels |= voxels;
-    item.count = item.voxels.count();
+    set(item, item.voxels | voxels);
   }
   ///@}
   /// Removes voxels.
   void remove(const CellBox& box) {
-    change(box, [](BrickMask& mask, const BrickMask& part) { mask &= ~part; });
+    cuboid_mapping::forEachBrick(box, [&](const Cell& brick) {
+      if (!budget_->spend()) return;
+      if (Item* item = items_.find(brick)) set(*item, item->voxels.without(partOf(box, brick)));
+    });
   }
 
   /// Voxels of the set in a box.
@@ -57,8 +61,7 @@ class VoxelSet {
   [[nodiscard]] bool contains(const CellBox& box) const {
     return !anyBrick(box, [&](const Cell& brick) {
       const Item* item = items_.find(brick);
-      return !budget_->spend() || item == nullptr ||
-             !item->voxels.contains(BrickMask::ofBox(intersect(box, brickBox(brick))));
+      return !budget_->spend() || item == nullptr || !item->voxels.contains(partOf(box, brick));
     });
   }
   /// Calls visit(brick, mask) for the voxels of the set, in no particular order.
@@ -90,14 +93,12 @@ class VoxelSet {
       if (budget_->spend()) visit_part(item, intersect(box, brickBox(item.brick)));
     });
   }
-  template <typename ChangeT>
-  void change(const CellBox& box, ChangeT change_mask) {
-    cuboid_mapping::forEachBrick(box, [&](const Cell& brick) {
-      if (!budget_->spend()) return;
-      Item& item = items_.findOrAdd(brick);
-      change_mask(item.voxels, BrickMask::ofBox(intersect(box, brickBox(brick))));
-      item.count = item.voxels.count();
-    });
+  [[nodiscard]] static BrickMask partOf(const CellBox& box, const Cell& brick) {
+    return BrickMask::ofBox(intersect(box, brickBox(brick)));
+  }
+  static void set(Item& item, const BrickMask& voxels) {
+    item.voxels = voxels;
+    item.count = voxels.count();
   }
 
   BrickTable<Item> items_;
