@@ -138,6 +138,24 @@ TEST(WayTolerances, APathEndsAtTheNearestReachablePlace) {
   EXPECT_NEAR(findTolerantly(rooms, task)->goal_distance_m, 491.5, 1e-9) << "outside the map";
 }
 
+TEST(WayTolerances, APathDoesNotEndBeyondTheGrid) {
+  MapConfig config;
+  config.resolution_m = 1.0;
+  CuboidMap map(config);
+  constexpr std::int32_t kEnd = Grid::kMaxCell;
+  const CellBox wall{{kEnd - 3, 0, 0}, {kEnd, 2, 1}};
+  map.replace(wall, {{wall, 1.0F}});
+  CorridorTask task;
+  task.size_m = {1, 1, 1};
+  task.start_map = {kEnd - 14.5, 0.5, 0.5};
+  task.goal_map = {kEnd - 0.5, 0.5, 0.5};
+  task.goal_tolerance_m = std::numeric_limits<double>::infinity();
+  task.region = CellBox{{kEnd - 20, 0, 0}, {kEnd + 20, 3, 1}};
+  const auto near = findTolerantly(map, task, UnknownPolicy::kFree);
+  ASSERT_EQ(endOf(near), "found");
+  EXPECT_NEAR(near->goal_distance_m, 2.0, 1e-6);
+}
+
 TEST(WayTolerances, AnAnswerNamesTheVoxelOfTheEndThatBlocks) {
   CorridorTask task = fromTheWall();
   task.start_tolerance_m = 1.0;

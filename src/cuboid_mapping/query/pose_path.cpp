@@ -27,7 +27,7 @@ std::string findFault(const Eigen::Isometry3d& pose, const std::string& name, do
 
 /// Voxels that the body may use.
 CellBox findRegion(const CuboidMap& map, const PosePathTask& task, UnknownPolicy policy) {
-  if (task.region) return *task.region;
+  if (task.region) return intersect(*task.region, kAllCells);
   const Grid& grid = map.grid();
   const auto cell_at = [&](const Eigen::Isometry3d& pose) {
     return CellBox::ofCell(*grid.toCell(pose.translation()));
