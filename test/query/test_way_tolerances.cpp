@@ -350,28 +350,5 @@ TEST(WayTolerances, WaysOutHoldInTheMapAsItIsInTheEndWhenOthersChangeIt) {
   EXPECT_GE(num_changes, 2);
 }
 
-/// Searches with at most 100,000 bricks. @return How often the search lets others change the map.
-int countTurns(const CuboidMap& map, const PosePathTask& task, const std::string& end) {
-  int num_turns = 0;
-  Budget budget({INFINITY, 100000}, {[&num_turns] { ++num_turns; }, 0.0});
-  EXPECT_EQ(endOf(findPosePath(map, task, kStop, budget)), end);
-  return num_turns;
-}
-
-TEST(WayTolerances, ASearchOfManyExitsOrGoalsTakesTurnsWithOthers) {
-  CuboidMap rooms = roomsOfDecimetres(6);
-  PosePathTask task = betweenTheRooms();
-  task.start_map = test::yawed({1.73, 0.5, 0.5}, 0.2);
-  task.start_tolerance_m = INFINITY;
-  EXPECT_GT(countTurns(rooms, task, "spent"), 300) << "exits";
-
-  const CellBox solid{{41, 0, 0}, {141, 100, 10}};
-  rooms.replace(solid, {{solid, 1.0F}});
-  task = betweenTheRooms();
-  task.goal_map = test::yawed({9.0, 5.0, 0.5}, 0.0);
-  task.goal_tolerance_m = 4.0;
-  EXPECT_GT(countTurns(rooms, task, "goal"), 30) << "goals";
-}
-
 }  // namespace
 }  // namespace cuboid_mapping
