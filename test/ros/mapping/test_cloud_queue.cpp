@@ -359,7 +359,8 @@ TEST_F(CloudQueueTest, DropsACloudWithoutFrame) {
 TEST_F(CloudQueueTest, WaitsForACloudForTfAndForTheEnd) {
   Ids taken;
   std::thread worker([&] {
-    while (const auto next = clouds_.waitNext()) {
+    while (clouds_.waitReady()) {
+      const auto next = clouds_.takeNext();
       taken.push_back(std::get<sensor_msgs::PointCloud2::ConstPtr>(next->message.content)->width);
       if (taken.size() == 2) clouds_.stop();
     }
@@ -370,7 +371,7 @@ TEST_F(CloudQueueTest, WaitsForACloudForTfAndForTheEnd) {
   clouds_.searchAgain();
   worker.join();
   EXPECT_EQ(taken, (Ids{1, 2}));
-  EXPECT_FALSE(clouds_.waitNext()) << "it stays stopped";
+  EXPECT_FALSE(clouds_.waitReady()) << "it stays stopped";
 }
 
 }  // namespace

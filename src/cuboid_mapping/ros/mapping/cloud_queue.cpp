@@ -87,26 +87,21 @@ void CloudQueue::stop() {
   wake_.notify_all();
 }
 
-std::optional<PosedCloud> CloudQueue::waitNext() {
+bool CloudQueue::waitReady() {
   std::unique_lock<std::mutex> lock(mutex_);
   while (!is_stopped_) {
     has_news_ = false;
-    if (auto next = takeNextLocked()) return next;
+    if (findNext() != nullptr) return true;
     const bool is_waiting = std::any_of(sources_.begin(), sources_.end(), [](const Source& source) {
       return !source.waiting.empty();
     });
     wake_.wait_for(lock, is_waiting ? kTfPeriod : kIdlePeriod,
                    [this] { return has_news_ || is_stopped_; });
   }
-  return std::nullopt;
+  return false;
 }
 
-std::optional<PosedCloud> CloudQueue::takeNext() {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  return takeNextLocked();
-}
-
-std::optional<PosedCloud> CloudQueue::takeNextLocked() {
+CloudQueue::Source* CloudQueue::findNext() {
   Source* next = nullptr;
   for (Source& source : sources_) {
     update(source);
@@ -114,10 +109,14 @@ std::optional<PosedCloud> CloudQueue::takeNextLocked() {
     if (source.ready.empty()) continue;
     if (next == nullptr || source.last_turn < next->last_turn) next = &source;
   }
-  if (next == nullptr) {
-    busy_since_s_.reset();
-    return std::nullopt;
-  }
+  if (next == nullptr) busy_since_s_.reset();
+  return next;
+}
+
+std::optional<PosedCloud> CloudQueue::takeNext() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  Source* const next = findNext();
+  if (next == nullptr) return std::nullopt;
   if (!busy_since_s_) busy_since_s_ = callbacks_.clock_s();
   next->last_turn = ++num_turns_;
   Entry entry = std::move(next->ready.front());

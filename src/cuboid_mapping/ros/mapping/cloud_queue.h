@@ -88,12 +88,12 @@ class CloudQueue {
   void put(const SensorMessage& cloud);
   /// Asks tf again for all clouds, for example after a change of the needed frames.
   void searchAgain();
-  /// Ends waitNext(), for good.
+  /// Ends waitReady(), for good.
   void stop();
 
-  /// The next cloud. Asks tf 20 times a second for clouds that wait. @return Nothing after stop().
-  [[nodiscard]] std::optional<PosedCloud> waitNext();
-  /// As waitNext(), but nothing when no cloud is ready now.
+  /// Waits for a ready cloud. Asks tf 20 times a second for clouds that wait. @return false after stop().
+  [[nodiscard]] bool waitReady();
+  /// The next cloud; nothing when none is ready now.
   [[nodiscard]] std::optional<PosedCloud> takeNext();
 
   /// Thread-safe.
@@ -140,7 +140,8 @@ class CloudQueue {
   void refuse(std::size_t source, DropReason reason);
   [[nodiscard]] std::string describe(Source& source, const Entry& entry, DropReason reason) const;
   [[nodiscard]] std::string describeMissing(const Entry& entry) const;
-  [[nodiscard]] std::optional<PosedCloud> takeNextLocked();
+  /// The source whose turn it is; null when no cloud is ready.
+  [[nodiscard]] Source* findNext();
 
   CloudLimits limits_;
   Callbacks callbacks_;

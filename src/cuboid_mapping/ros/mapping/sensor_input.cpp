@@ -38,6 +38,7 @@ double findReach(const CloudPoints& cloud, const Eigen::Vector3d& sensor_cloud, 
 StepPoses posesOf(const SensorStep& step, const CloudPoses& poses, std::size_t& first) {
   const auto begin = poses.T_map_steps.begin() + static_cast<std::ptrdiff_t>(first);
   first += step.frames().size();
+  if (first > poses.T_map_steps.size()) throw std::logic_error("the poses are of other steps");
   return {begin, poses.T_map_steps.begin() + static_cast<std::ptrdiff_t>(first)};
 }
 

@@ -28,6 +28,7 @@ void CloudMapper::start() {
 void CloudMapper::setParameters(const NodeParameters& parameters) {
   const auto lock = hold();
   inputs_ = makeSources(parameters);
+  receiver_.setParameters(parameters);
 }
 
 void CloudMapper::mapClouds() {
@@ -38,10 +39,10 @@ void CloudMapper::mapClouds() {
 }
 
 bool CloudMapper::mapNextCloud() {
-  const auto cloud = receiver_.waitNext();
-  if (!cloud) return false;
+  if (!receiver_.waitReady()) return false;
+  // Taken here: a cloud that waits for this lock would have the poses that the parameters before a change ask for.
   const auto lock = hold();
-  onCloudInTurn(*cloud);
+  if (const auto cloud = receiver_.takeNext()) onCloudInTurn(*cloud);
   return true;
 }
 

@@ -37,7 +37,7 @@ class CloudMapper {
   /// Waits for the end of the thread. @pre The receiver has stopped.
   void join() { thread_.join(); }
 
-  /// Sets parameters that were changed while the node runs.
+  /// Sets parameters that were changed while the node runs, here and in the receiver.
   void setParameters(const NodeParameters& parameters);
   void pause(bool is_paused) { is_paused_ = is_paused; }
   [[nodiscard]] bool isPaused() const { return is_paused_; }
@@ -62,7 +62,7 @@ class CloudMapper {
   NodeFeatures& features_;
   PublishingThread& publishing_;
   CallbackGuard& guard_;
-  FairMutex work_mutex_;                         ///< Guards inputs_; held while a cloud is in work.
+  FairMutex work_mutex_;  ///< Guards inputs_; held while a cloud is taken, and in work.
   std::vector<std::unique_ptr<Source>> inputs_;  ///< Of the sources, with the current parameters.
   std::atomic<std::uint64_t> first_stamp_ns_{0};
   std::atomic<bool> is_paused_{false};

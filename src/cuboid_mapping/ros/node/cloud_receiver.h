@@ -22,7 +22,7 @@ namespace cuboid_mapping_ros {
 /// First half of a cloud's way: receives the messages of all sources, and tf, in a thread. A cloud that has its poses
 /// can be taken.
 ///
-/// Thread rule: waitNext() in the mapping thread, report() and addStatus() in that of the diagnostics; the rest from any.
+/// Thread rule: waitReady() and takeNext() in the mapping thread, report() and addStatus() in that of the diagnostics; the rest from any.
 class CloudReceiver {
  public:
   /// @param nh  In the node's namespace. @param guard, ledger  Must outlive this object.
@@ -31,18 +31,20 @@ class CloudReceiver {
 
   /// Begins to receive. Clouds only if they make the map, not observations of robots.
   void start();
-  /// Ends waitNext(), and the thread.
+  /// Ends waitReady(), and the thread.
   void stop();
 
-  /// The next cloud with its poses. @return Nothing after stop().
-  [[nodiscard]] std::optional<PosedCloud> waitNext() { return queue_.waitNext(); }
+  /// Waits for a cloud that has its poses. @return false after stop().
+  [[nodiscard]] bool waitReady() { return queue_.waitReady(); }
+  /// The next such cloud; nothing when there is none now.
+  [[nodiscard]] std::optional<PosedCloud> takeNext() { return queue_.takeNext(); }
   /// Whether another cloud waits for its turn.
   [[nodiscard]] bool hasReady() const { return queue_.hasReady(); }
   [[nodiscard]] const TfBuffer& tf() const { return tf_; }
   /// The name of a source in the log: its own, or its topic after remapping.
   [[nodiscard]] std::string sourceName(std::size_t source) const;
 
-  /// Sets parameters that were changed while the node runs.
+  /// Sets parameters that were changed while the node runs. Poses of clouds that were not taken are looked up again.
   void setParameters(const NodeParameters& parameters);
 
   /// Adds topics, publishers, and why clouds do not come, to the node's report.

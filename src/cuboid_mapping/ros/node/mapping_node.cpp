@@ -109,7 +109,6 @@ void MappingNode::startDiagnostics() {
 void MappingNode::reconfigure(const NodeParameters& parameters) {
   ledger_.setParameters(parameters);
   mapper_.setParameters(parameters);
-  receiver_.setParameters(parameters);
   map_.edit([&](CuboidMap& map) { return map.setSensorModel(parameters.source.sensor_model); });
   map_.saveHead();
   post(publishing_.queue(), this, [this, parameters] { features_.setParameters(parameters); });
