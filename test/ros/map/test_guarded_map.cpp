@@ -12,6 +12,8 @@
 #include <chrono>
 #include <functional>
 #include <new>
+#include <optional>
+#include <stdexcept>
 #include <thread>
 #include <vector>
 
@@ -210,6 +212,27 @@ TEST(GuardedMap, TellsThatEverythingHasChangedAfterAFailure) {
   EXPECT_THROW(map.edit([&](CuboidMap& content, const ros::Time&) { return fail(content); }),
                std::bad_alloc);
   EXPECT_TRUE(map.takeChanges().is_everything);
+}
+
+TEST(GuardedMap, KeepsTheEditsThatCanBeUndoneIfItIsNotReplaced) {
+  GuardedMap map(makeConfig());
+  const CellBox brick{{0, 0, 0}, {8, 8, 8}};
+  {
+    const auto turn = map.beginEdit();
+    map.editIn(brick, [&](CuboidMap& content) {
+      map.keepForUndo(brick);
+      return content.replace(brick, {cuboid_mapping::UniformBox{brick, 1.0F}});
+    });
+  }
+  const auto refuse = [](CuboidMap& /*content*/) -> ChangeSet {
+    throw std::runtime_error("the map was changed meanwhile");
+  };
+  EXPECT_THROW(map.replaceAll(refuse), std::runtime_error);
+  EXPECT_EQ(map.numReplaced(), 0U);
+  EXPECT_EQ(map.undoEdit(), std::optional<std::size_t>(0));
+  EXPECT_EQ(map.read([](const CuboidMap& content) { return content.voxels().size(); }), 0U);
+  map.replaceAll([](CuboidMap& content) { return content.clear(); });
+  EXPECT_EQ(map.numReplaced(), 1U);
 }
 
 TEST(GuardedMap, KeepsChangesThatCouldNotBePassedOn) {

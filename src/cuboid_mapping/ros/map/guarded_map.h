@@ -96,7 +96,7 @@ class GuardedMap {
     noteEdit(box, whole);
   }
 
-  /// Replaces the whole map, in memory and on disk. Otherwise as edit(); the work may set the stamp.
+  /// Replaces the whole map, in memory and on disk, unless the work throws. Otherwise as edit(); the work may set the stamp.
   /// @param work  (CuboidMap&) or (CuboidMap&, ros::Time& stamp) -> ChangeSet.
   template <typename WorkT>
   void replaceAll(const WorkT& work) {
@@ -293,12 +293,16 @@ class GuardedMap {
   /// @param work  () -> ChangeSet. @pre This thread holds change_.
   template <typename WorkT>
   void replaceWhole(const WorkT& work) {
-    {
-      const WriteLock alone(mutex_);
+    const auto replace = [&] {
+      ChangeSet changes = work();
       ++num_replaced_;
       undo_.clear();
-      if (!window_) return noteChangesOf(work);
-      noteGathered([&](ChangeSet& changes) { window_->replaceAll(work, changes); });
+      return changes;
+    };
+    {
+      const WriteLock alone(mutex_);
+      if (!window_) return noteChangesOf(replace);
+      noteGathered([&](ChangeSet& changes) { window_->replaceAll(replace, changes); });
     }
     (void)window_->save();
   }
