@@ -73,7 +73,7 @@ struct CuboidMapClient::Implementation {
     image_subscriber = subscribeTo<FullCuboidMap>(
         nh, kCuboidMapTopic, kPartQueue,
         [this](const auto& message) { takeFromTopic(fromMessage(*message)); });
-    image_timer = startTimer(nh, 1.0, [this] { askIfNoImageCame(); });
+    image_timer = Timer(nh, 1.0, [this] { askIfNoImageCame(); });
     thread.start();
   }
   ~Implementation() {
@@ -235,7 +235,7 @@ struct CuboidMapClient::Implementation {
       ros::SteadyTime::now() + ros::WallDuration(kServerPatience_s);
   ros::SteadyTime awaited_since;          ///< Start of the wait for a sent image; zero: none.
   std::deque<DeltaMessage> early_deltas;  ///< Updates that arrived before the image.
-  ros::WallTimer image_timer;
+  Timer image_timer;
   ros::Subscriber delta_subscriber;
   ros::Subscriber image_subscriber;
 };

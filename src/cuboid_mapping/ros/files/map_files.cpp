@@ -4,7 +4,6 @@
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/io/text.h"
-#include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/parameters/parameter_table.h"
 #include "cuboid_mapping/ros/queries/service_call.h"
@@ -67,7 +66,7 @@ MapFiles::MapFiles(const MapHost& host)
       })};
   if (!autosave_file_.empty()) announceAutosave();
   if (!autosave_file_.empty() || !window_file_.empty()) {
-    autosave_timer_ = startTimer(nh, host.parameters.autosave_period_s, [this] {
+    autosave_timer_ = Timer(nh, host.parameters.autosave_period_s, [this] {
       const std::lock_guard<std::mutex> lock(work_mutex_);
       autosave();
     });

@@ -7,11 +7,11 @@
 #include "cuboid_mapping/ros/map/map_storage.h"
 #include "cuboid_mapping/ros/mapping/map_feature.h"
 #include "cuboid_mapping/ros/middleware/callback_guard.h"
+#include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
 
 #include <ros/node_handle.h>
 #include <ros/service_server.h>
-#include <ros/wall_timer.h>
 
 #include <cstdint>
 #include <mutex>
@@ -63,7 +63,7 @@ class MapFiles : public MapFeature {
   CallProgress progress_;
   std::mutex work_mutex_;
   std::vector<ros::ServiceServer> servers_;
-  ros::WallTimer autosave_timer_;
+  Timer autosave_timer_;
 };
 
 }  // namespace cuboid_mapping_ros

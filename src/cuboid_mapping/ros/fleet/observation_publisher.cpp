@@ -3,7 +3,6 @@
 
 #include "cuboid_mapping/io/scan_update_codec.h"
 #include "cuboid_mapping/ros/conversions/points.h"
-#include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 
@@ -46,7 +45,7 @@ ObservationPublisher::ObservationPublisher(const MapHost& host)
       host.services_nh, kGetObservationsService,
       [this](const auto& request, auto& response) { answer(request, response); });
   if (is_limited_) {
-    timer_ = startTimer(host.services_nh, kSendPeriod_s, [this] {
+    timer_ = Timer(host.services_nh, kSendPeriod_s, [this] {
       const std::lock_guard<std::mutex> lock(mutex_);
       sendDue();
     });

@@ -4,6 +4,7 @@
 #include "cuboid_mapping/GetObservations.h"
 #include "cuboid_mapping/Observation.h"
 #include "cuboid_mapping/ros/mapping/map_feature.h"
+#include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/rate_limit.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
 #include "cuboid_mapping/scan/brick_update.h"
@@ -12,7 +13,6 @@
 #include <ros/node_handle.h>
 #include <ros/publisher.h>
 #include <ros/service_server.h>
-#include <ros/wall_timer.h>
 
 #include <Eigen/Core>
 
@@ -69,7 +69,7 @@ class ObservationPublisher : public MapFeature {
   std::uint64_t num_reported_losses_ = 0;
   ros::Publisher publisher_;
   ros::ServiceServer server_;
-  ros::WallTimer timer_;
+  Timer timer_;
 };
 
 }  // namespace cuboid_mapping_ros

@@ -5,7 +5,6 @@
 #include "cuboid_mapping/io/scan_update_codec.h"
 #include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/diagnostics/diagnostics.h"
-#include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 
@@ -120,8 +119,8 @@ RobotMerger::RobotMerger(const ros::NodeHandle& nh, const ros::NodeHandle& askin
         subscribeTo<Observation>(nh, robot + '/' + kObservationsTopic, kObservationsKept,
                                  [this](const auto& message) { take(*message); }));
   }
-  apply_timer_ = startTimer(nh, kApplyPeriod_s, [this] { applyDue(); });
-  ask_timer_ = startTimer(asking_nh_, kAskPeriod_s, [this] { ask(); });
+  apply_timer_ = Timer(nh, kApplyPeriod_s, [this] { applyDue(); });
+  ask_timer_ = Timer(asking_nh_, kAskPeriod_s, [this] { ask(); });
 }
 
 RobotMerger::~RobotMerger() {

@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/Observation.h"
 #include "cuboid_mapping/ros/map/guarded_map.h"
+#include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/service_calls.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
 #include "cuboid_mapping/sharing/observation_order.h"
@@ -10,7 +11,6 @@
 #include <diagnostic_updater/DiagnosticStatusWrapper.h>
 #include <ros/node_handle.h>
 #include <ros/subscriber.h>
-#include <ros/wall_timer.h>
 
 #include <cstdint>
 #include <functional>
@@ -87,8 +87,8 @@ class RobotMerger {
   MergeCounts reported_;
   std::uint64_t num_reported_refused_ = 0;
   std::vector<ros::Subscriber> subscribers_;
-  ros::WallTimer apply_timer_;
-  ros::WallTimer ask_timer_;
+  Timer apply_timer_;
+  Timer ask_timer_;
 };
 
 }  // namespace cuboid_mapping_ros

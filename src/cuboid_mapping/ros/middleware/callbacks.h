@@ -5,9 +5,13 @@
 
 #include <ros/callback_queue_interface.h>
 #include <ros/node_handle.h>
+#include <ros/wall_timer.h>
+#include <ros/wall_timer_options.h>
 
 #include <boost/function.hpp>
 #include <boost/make_shared.hpp>
+#include <boost/shared_ptr.hpp>
+#include <boost/weak_ptr.hpp>
 
 #include <cstdint>
 #include <functional>
@@ -37,12 +41,38 @@ template <typename MessageT, typename TakeT>
   return nh.subscribe(topic, queue_size, callback);
 }
 
-/// Starts a timer of wall time: simulated time may stand still, or jump back. @param work  ().
-template <typename WorkT>
-[[nodiscard]] ros::WallTimer startTimer(const ros::NodeHandle& nh, double period_s, WorkT work) {
-  return nh.createWallTimer(ros::WallDuration(period_s),
-                            [work = std::move(work)](const ros::WallTimerEvent&) { work(); });
-}
+/// A timer of wall time: simulated time may stand still, or jump back. Its end waits for a call that runs, which roscpp
+/// 1.15 does not: so it must not end in such a call, nor under a lock that the call takes.
+class Timer {
+ public:
+  Timer() = default;
+  /// Starts it. @param work  ().
+  template <typename WorkT>
+  Timer(const ros::NodeHandle& nh, double period_s, WorkT work) {
+    ros::WallTimerOptions options;
+    options.period = ros::WallDuration(period_s);
+    options.callback = [work = std::move(work)](const ros::WallTimerEvent&) { work(); };
+    options.tracked_object = used_;  // Held by each call.
+    timer_ = nh.createWallTimer(options);
+  }
+  Timer(Timer&&) = default;
+  /// @pre This one has not been started.
+  Timer& operator=(Timer&&) = default;
+  ~Timer() {
+    if (!used_) return;  // Another one has taken it over.
+    timer_.stop();
+    const boost::weak_ptr<const void> used = std::exchange(used_, nullptr);
+    while (!used.expired()) ros::WallDuration(0.001).sleep();
+  }
+
+  void setPeriod(const ros::WallDuration& period, bool is_reset) {
+    timer_.setPeriod(period, is_reset);
+  }
+
+ private:
+  boost::shared_ptr<const void> used_ = boost::make_shared<char>();
+  ros::WallTimer timer_;
+};
 
 /// A function in a callback queue.
 class FunctionCallback : public ros::CallbackInterface {

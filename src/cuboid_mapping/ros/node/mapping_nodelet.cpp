@@ -10,7 +10,6 @@
 
 #include <diagnostic_updater/diagnostic_updater.h>
 #include <ros/console.h>
-#include <ros/wall_timer.h>
 
 #include <mutex>
 #include <stdexcept>
@@ -45,7 +44,7 @@ class StartReport {
       : file_(std::move(file)), updater_(nh, private_nh, private_nh.getNamespace()) {
     updater_.setHardwareID("none");
     updater_.add("mapping", this, &StartReport::report);
-    timer_ = startTimer(nh, updater_.getPeriod(), [this] { updater_.force_update(); });
+    timer_ = Timer(nh, updater_.getPeriod(), [this] { updater_.force_update(); });
   }
 
   void fail(const std::string& error) {
@@ -70,7 +69,7 @@ class StartReport {
   std::mutex mutex_;
   std::string error_;
   diagnostic_updater::Updater updater_;
-  ros::WallTimer timer_;
+  Timer timer_;
 };
 
 MappingNodelet::MappingNodelet(Process process) : process_(process) {}

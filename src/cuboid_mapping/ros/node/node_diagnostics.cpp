@@ -2,7 +2,6 @@
 #include "cuboid_mapping/ros/node/node_diagnostics.h"
 
 #include "cuboid_mapping/ros/mapping/cloud_queue.h"
-#include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 
 #include <ros/console.h>
@@ -27,7 +26,7 @@ NodeDiagnostics::NodeDiagnostics(const ros::NodeHandle& nh, const ros::NodeHandl
 }
 
 void NodeDiagnostics::start(const ros::NodeHandle& nh) {
-  timer_ = startTimer(nh, std::max(0.1, updater_.getPeriod()), [this] { updater_.force_update(); });
+  timer_ = Timer(nh, std::max(0.1, updater_.getPeriod()), [this] { updater_.force_update(); });
 }
 
 NodeReport NodeDiagnostics::makeReport(const CloudLedger::Figures& figures) {

@@ -6,10 +6,10 @@
 #include "cuboid_mapping/ros/diagnostics/node_statistics.h"
 #include "cuboid_mapping/ros/map/guarded_map.h"
 #include "cuboid_mapping/ros/middleware/callback_guard.h"
+#include "cuboid_mapping/ros/middleware/callbacks.h"
 
 #include <diagnostic_updater/diagnostic_updater.h>
 #include <ros/node_handle.h>
-#include <ros/wall_timer.h>
 
 #include <cstdint>
 #include <functional>
@@ -48,7 +48,7 @@ class NodeDiagnostics {
   std::uint64_t num_failures_ = 0;
   bool has_warned_of_silence_ = false;
   diagnostic_updater::Updater updater_;
-  ros::WallTimer timer_;
+  Timer timer_;
 };
 
 }  // namespace cuboid_mapping_ros

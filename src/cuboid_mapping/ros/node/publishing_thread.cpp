@@ -2,7 +2,6 @@
 #include "cuboid_mapping/ros/node/publishing_thread.h"
 
 #include "cuboid_mapping/ros/mapping/cloud_queue.h"
-#include "cuboid_mapping/ros/middleware/callbacks.h"
 
 #include <utility>
 
@@ -13,7 +12,7 @@ PublishingThread::PublishingThread(CallbackGuard& guard, std::function<void()> p
 
 void PublishingThread::start(const ros::NodeHandle& nh, double rate_hz) {
   period_s_ = 1.0 / rate_hz;
-  timer_ = startTimer(withQueue(nh, queue()), timerPeriod().toSec(), [this] { publish(); });
+  timer_ = Timer(withQueue(nh, queue()), timerPeriod().toSec(), [this] { publish(); });
   thread_.start();
 }
 

@@ -2,9 +2,9 @@
 #pragma once
 
 #include "cuboid_mapping/ros/middleware/callback_guard.h"
+#include "cuboid_mapping/ros/middleware/callbacks.h"
 
 #include <ros/node_handle.h>
-#include <ros/wall_timer.h>
 
 #include <atomic>
 #include <functional>
@@ -37,7 +37,7 @@ class PublishingThread {
   std::atomic<double> period_s_{0.0};
   std::atomic<double> last_s_{-1e9};  ///< Time of the last publication, see steadySeconds().
   GuardedThread thread_;
-  ros::WallTimer timer_;
+  Timer timer_;
 };
 
 }  // namespace cuboid_mapping_ros

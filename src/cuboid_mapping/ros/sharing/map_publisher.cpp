@@ -3,7 +3,6 @@
 
 #include "cuboid_mapping/io/packed_bricks.h"
 #include "cuboid_mapping/ros/map/map_storage.h"
-#include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/middleware/publish.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
@@ -50,7 +49,7 @@ MapImageServer::MapImageServer(const ros::NodeHandle& nh, const ros::NodeHandle&
           response.info.message = std::string("the node could not answer: ") + exception.what();
         }
       });
-  timer_ = startTimer(nh, kTimerPeriod_s, [this] { onTimer(); });
+  timer_ = Timer(nh, kTimerPeriod_s, [this] { onTimer(); });
 }
 
 void MapImageServer::onTimer() {

@@ -6,13 +6,13 @@
 #include "cuboid_mapping/ros/conversions/map_messages.h"
 #include "cuboid_mapping/ros/mapping/map_feature.h"
 #include "cuboid_mapping/ros/middleware/callback_guard.h"
+#include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/latched_topic.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
 
 #include <ros/node_handle.h>
 #include <ros/service_server.h>
 #include <ros/time.h>
-#include <ros/wall_timer.h>
 
 #include <atomic>
 #include <cstddef>
@@ -93,7 +93,7 @@ class MapImageServer {
   ros::SteadyTime next_keyframe_;        ///< Earliest time of the next one.
   ros::ServiceServer server_;
   std::optional<LatchedTopic<Message>> topic_;
-  ros::WallTimer timer_;
+  Timer timer_;
 };
 
 /// The topics cuboid_map and cuboid_map_updates, and the service ~get_map.
