@@ -43,8 +43,8 @@ void logAnswer(const char* action, const std::string& file, const StorageAnswer&
 }  // namespace
 
 MapFiles::MapFiles(const MapHost& host)
-    : map_(host.map),
-      guard_(host.guard),
+    : host_(host),
+      map_(host.map),
       frame_id_(host.parameters.frame_id),
       limits_(limitsOfMachine()),
       autosave_file_(toAbsolute(host.parameters.autosave_file)),
@@ -74,7 +74,7 @@ MapFiles::MapFiles(const MapHost& host)
 }
 
 MapFiles::~MapFiles() {
-  guard_.run("autosave at the end", [this] { autosave(); });
+  host_.guard.run("autosave at the end", [this] { autosave(); });
 }
 
 void MapFiles::onSave(const SaveMap::Request& request, SaveMap::Response& response) {
@@ -102,6 +102,7 @@ void MapFiles::onLoad(const LoadMap::Request& request, LoadMap::Response& respon
   if (!answer.notes.empty()) ROS_WARN_STREAM_NAMED(kNodeName, file << ": " << answer.notes);
   response.info = makeInfo(map_, frame_id_, answer.error);
   if (answer.error.empty()) response.info.message = "loaded from " + file;
+  if (answer.error.empty() && request.rule == LoadMap::Request::REPLACE) host_.note_replaced();
   if (!answer.notes.empty()) response.info.message += "; " + answer.notes;
   response.cuboids = answer.num_cuboids;
 }

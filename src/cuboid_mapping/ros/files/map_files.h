@@ -6,7 +6,6 @@
 #include "cuboid_mapping/ros/map/call_progress.h"
 #include "cuboid_mapping/ros/map/map_storage.h"
 #include "cuboid_mapping/ros/mapping/map_feature.h"
-#include "cuboid_mapping/ros/middleware/callback_guard.h"
 #include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
 
@@ -48,8 +47,8 @@ class MapFiles : public MapFeature {
   /// Logs at the start where saves go, and whether they will fail.
   void announceAutosave();
 
+  const MapHost& host_;
   GuardedMap& map_;
-  CallbackGuard& guard_;
   std::string frame_id_;
   SnapshotLimits limits_;  ///< Limits of loaded files.
   std::string autosave_file_;

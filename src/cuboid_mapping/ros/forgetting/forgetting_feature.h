@@ -4,7 +4,7 @@
 #include "cuboid_mapping/ros/clouds/forgetting.h"
 #include "cuboid_mapping/ros/mapping/map_feature.h"
 
-#include <algorithm>
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <string>
@@ -16,7 +16,7 @@ namespace cuboid_mapping_ros {
 /// Forgets voxels that no cloud has seen for too long: forget_after.
 class ForgettingFeature : public MapFeature {
  public:
-  explicit ForgettingFeature(const MapHost& host) : map_(host.map), forgetting_(host.parameters) {}
+  explicit ForgettingFeature(const MapHost& host) : host_(host), forgetting_(host.parameters) {}
   [[nodiscard]] static std::vector<ParameterDeclaration> declare();
   [[nodiscard]] static bool isOn(const NodeParameters& parameters) {
     return Forgetting(parameters).isOn();
@@ -24,11 +24,13 @@ class ForgettingFeature : public MapFeature {
   [[nodiscard]] std::string name() const override { return "forgetting"; }
 
   void onCloud(const MappedCloud& cloud) override {
+    if (is_replaced_.exchange(false)) forgetting_ = Forgetting(host_.parameters);
     forgetting_.note(cloud.seen, cloud.stamp, cloud.source);
     while (forgetting_.hasDue()) {
-      map_.edit([this](CuboidMap& map) { return forgetting_.forgetSome(map); });
+      host_.map.edit([this](CuboidMap& map) { return forgetting_.forgetSome(map); });
     }
   }
+  void onReplaced() override { is_replaced_ = true; }
   [[nodiscard]] std::function<void()> prepareMove(const VoxelMotion& motion) override {
     return [this, moved = std::make_shared<Forgetting>(forgetting_.moved(motion))] {
       forgetting_ = std::move(*moved);
@@ -36,8 +38,9 @@ class ForgettingFeature : public MapFeature {
   }
 
  private:
-  GuardedMap& map_;
+  const MapHost& host_;
   Forgetting forgetting_;
+  std::atomic<bool> is_replaced_{false};  ///< What was seen before says nothing about this map.
 };
 
 }  // namespace cuboid_mapping_ros
