@@ -3,13 +3,15 @@
 
 #include "cuboid_mapping/ros/mapping/map_feature.h"
 
+#include <atomic>
 #include <string>
 #include <vector>
 
 namespace cuboid_mapping_ros {
 
-/// Makes the unknown voxels around the robot free with the first cloud, as a passing beam does: the sensor does not see
-/// the place where it stands, and a planner would find no way out of it. Parameter start_free.
+/// Makes the unknown voxels around the robot free with the first cloud of a map, also after ~reset and ~load_map, as a
+/// passing beam does: the sensor does not see the place where it stands, and a planner would find no way out of it.
+/// Parameter start_free.
 class StartVolume : public MapFeature {
  public:
   explicit StartVolume(const MapHost& host);
@@ -19,12 +21,13 @@ class StartVolume : public MapFeature {
     return !parameters.start_free.empty();
   }
   [[nodiscard]] std::string name() const override { return "start_free"; }
+  void onReplaced() override { is_done_ = false; }
   void onCloud(const MappedCloud& cloud) override;
 
  private:
   const MapHost& host_;
   MetricBox box_base_;
-  bool is_done_ = false;
+  std::atomic<bool> is_done_{false};
 };
 
 /// Makes the unknown voxels free whose centre lies in a box. @param box_base  In a frame with this pose in the map.
