@@ -3,7 +3,6 @@
 
 #include "cuboid_mapping/history/kept_clouds.h"
 #include "cuboid_mapping/ros/conversions/pose_messages.h"
-#include "cuboid_mapping/ros/map/call_progress.h"
 #include "cuboid_mapping/ros/map/map_storage.h"
 #include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/names.h"
@@ -118,7 +117,7 @@ void PoseCorrections::correct(const nav_msgs::Path& path, const CorrectionRule& 
 void PoseCorrections::correctMap(const PoseTrack& poses, const CorrectionRule& rule,
                                  CorrectPoses::Response& response) {
   constexpr std::size_t kFew = 2;  // Clouds that keep others waiting for the map.
-  const auto listener = CallProgress(host_.is_stopping).stage("mapping clouds");
+  const auto listener = endWhen(host_.is_stopping);
   auto& history = map_.history()->whole();
   MapCorrection correction = history.begin(poses, rule);
   while (history.catchUp(correction, listener) > kFew) {

@@ -49,8 +49,7 @@ MapFiles::MapFiles(const MapHost& host)
       limits_(limitsOfMachine()),
       autosave_file_(toAbsolute(host.parameters.autosave_file)),
       is_autosave_own_(host.parameters.is_autosave_read),
-      window_file_(host.parameters.window.keeps() ? toAbsolute(host.parameters.window.file) : ""),
-      progress_(host.is_stopping) {
+      window_file_(host.parameters.window.keeps() ? toAbsolute(host.parameters.window.file) : "") {
   if (is_autosave_own_) lockAsSaved(map_, autosave_file_);
   saved_ = stateOf(map_);
   const ros::NodeHandle& nh = host.services_nh;
@@ -79,7 +78,7 @@ MapFiles::~MapFiles() {
 
 void MapFiles::onSave(const SaveMap::Request& request, SaveMap::Response& response) {
   const std::string file = toAbsolute(request.filename);
-  const StorageAnswer answer = saveMap(map_, frame_id_, file, limits_, progress_);
+  const StorageAnswer answer = saveMap(map_, frame_id_, file, limits_, endWhen(host_.is_stopping));
   logAnswer("saved to", file, answer);
   response.info = makeInfo(map_, frame_id_, answer.error);
   if (answer.error.empty()) {
@@ -124,7 +123,7 @@ StorageAnswer MapFiles::load(const std::string& file, const LoadMap::Request& re
   if (request.transform != geometry_msgs::Transform()) {
     placement.T_map_file = toIsometry(request.transform);
   }
-  return loadMap(map_, file, limits_, placement, progress_);
+  return loadMap(map_, file, limits_, placement, endWhen(host_.is_stopping));
 }
 
 void MapFiles::autosave() {

@@ -3,7 +3,6 @@
 
 #include "cuboid_mapping/LoadMap.h"
 #include "cuboid_mapping/SaveMap.h"
-#include "cuboid_mapping/ros/map/call_progress.h"
 #include "cuboid_mapping/ros/map/map_storage.h"
 #include "cuboid_mapping/ros/mapping/map_feature.h"
 #include "cuboid_mapping/ros/middleware/callbacks.h"
@@ -59,7 +58,6 @@ class MapFiles : public MapFeature {
   mutable std::mutex error_mutex_;
   /// Error of the last save to autosave_file or of locked boxes, or the reason why none can succeed; empty: none.
   std::string autosave_error_;
-  CallProgress progress_;
   std::mutex work_mutex_;
   std::vector<ros::ServiceServer> servers_;
   Timer autosave_timer_;

@@ -22,6 +22,11 @@
 namespace cuboid_mapping_ros {
 namespace {
 
+/// Lets a listener end the work between two steps.
+void step(const ProgressListener& listener) {
+  if (listener) listener(0, 1);
+}
+
 /// Runs work; its exceptions become errors of the answer.
 template <typename WorkT>
 StorageAnswer guard(const WorkT& work) {
@@ -86,12 +91,12 @@ CellBox boundsOf(const MapSnapshot& snapshot) {
 /// @param prepare  (CuboidMap&): prepares the old map for the exchange, or throws.
 template <typename PrepareT>
 void putInPlace(GuardedMap& map, const MapConfig& config, const MapSnapshot& snapshot,
-                const CallProgress& progress, StorageAnswer& answer, const PrepareT& prepare) {
-  (void)progress.stage("building");
+                const ProgressListener& listener, StorageAnswer& answer, const PrepareT& prepare) {
+  step(listener);
   CuboidMap fresh(config);  // Built while the old map is in use, and freed after it.
   restoreSnapshot(snapshot, fresh);
   answer.num_cuboids = countCuboids(fresh).total();
-  (void)progress.stage("exchanging");
+  step(listener);
   map.replaceAll([&](CuboidMap& content) {
     prepare(content);
     followSensorModel(content, fresh);
@@ -112,6 +117,13 @@ void mergeInto(GuardedMap& map, const MapSnapshot& snapshot, MergeRule rule,
 
 }  // namespace
 
+ProgressListener endWhen(const std::atomic<bool>& is_stopping) {
+  return [&is_stopping](std::uint64_t /*done*/, std::uint64_t /*total*/) {
+    if (!is_stopping) return;
+    throw std::runtime_error("cancelled, because the node ends: everything is as it was");
+  };
+}
+
 SnapshotLimits limitsOfMachine() {
   const auto num_pages = static_cast<std::uint64_t>(std::max(::sysconf(_SC_PHYS_PAGES), 0L));
   return SnapshotLimits::ofMemory(num_pages * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE)));
@@ -119,7 +131,7 @@ SnapshotLimits limitsOfMachine() {
 
 MapSnapshot takeWholeSnapshot(GuardedMap& map, const std::string& frame_id,
                               const SnapshotLimits& limits, const SnapshotLook& look,
-                              const CallProgress& progress) {
+                              const ProgressListener& listener) {
   const PageHold hold = map.hold();  // No page is evicted to the disk meanwhile.
   MapSnapshot snapshot;
   std::vector<Cell> pages;
@@ -131,7 +143,7 @@ MapSnapshot takeWholeSnapshot(GuardedMap& map, const std::string& frame_id,
         if (window != nullptr) pages = window->storedPages();
         num_replaced = map.numReplaced();
       });
-  const auto told = progress.stage("reading pages");
+  step(listener);
   std::uint64_t num_read = 0;
   for (const Cell& page : pages) {
     map.readWithWindow(
@@ -142,14 +154,14 @@ MapSnapshot takeWholeSnapshot(GuardedMap& map, const std::string& frame_id,
           }
           readWithin([&] { window->addStored(page, limits, snapshot); });
         });
-    if (told) told(++num_read, pages.size());
+    if (listener) listener(++num_read, pages.size());
   }
   if (!pages.empty()) sortBricks(snapshot.bricks);
   return snapshot;
 }
 
 StorageAnswer saveMap(GuardedMap& map, const std::string& frame_id, const std::string& file,
-                      const SnapshotLimits& limits, const CallProgress& progress) {
+                      const SnapshotLimits& limits, const ProgressListener& listener) {
   return guard([&](StorageAnswer& answer) {
     std::string state;
     bool is_in_memory = true;
@@ -160,40 +172,40 @@ StorageAnswer saveMap(GuardedMap& map, const std::string& frame_id, const std::s
       is_in_memory = window == nullptr || window->figures().num_on_disk_only == 0;
       if (is_in_memory) answer.num_cuboids = countCuboids(content).total();
     };
-    MapSnapshot snapshot = takeWholeSnapshot(map, withoutSlash(frame_id), limits, look, progress);
+    MapSnapshot snapshot = takeWholeSnapshot(map, withoutSlash(frame_id), limits, look, listener);
     snapshot.progress = state;
     if (!is_in_memory) answer.num_cuboids = countCuboids(snapshot);
-    answer.num_bytes = writeMapFile(followLinks(file), snapshot, progress.stage("writing"));
+    answer.num_bytes = writeMapFile(followLinks(file), snapshot, listener);
   });
 }
 
 StorageAnswer loadMap(GuardedMap& map, const std::string& file, const SnapshotLimits& limits,
-                      const LoadPlacement& placement, const CallProgress& progress) {
+                      const LoadPlacement& placement, const ProgressListener& listener) {
   return guard([&](StorageAnswer& answer) {
     const MapConfig config = map.config();
-    (void)progress.stage("reading");
+    step(listener);
     MapFile read = readFileWithin(file, config.resolution_m, config.sensor_model, limits);
     answer.error = compareResolutions(read.snapshot.resolution_m, map.grid().resolution(), file);
     if (!answer.error.empty()) return;
     if (placement.T_map_file) {
-      const bool is_exact = cuboid_mapping::moveMap(*placement.T_map_file, read.snapshot,
-                                                    config.threads, progress.stage("moving"));
+      const bool is_exact =
+          cuboid_mapping::moveMap(*placement.T_map_file, read.snapshot, config.threads, listener);
       answer.notes = cuboid_mapping::describeMotion(is_exact) + ". ";
     } else if (!placement.frame_id.empty()) {
       answer.notes = describeOtherFrame(read.snapshot.frame_id, placement.frame_id);
     }
     answer.num_bytes = read.num_bytes;
     if (placement.rule) {
-      (void)progress.stage("merging");
+      step(listener);
       mergeInto(map, read.snapshot, *placement.rule, answer);
     } else {
-      putInPlace(map, config, read.snapshot, progress, answer, [](CuboidMap& /*content*/) {});
+      putInPlace(map, config, read.snapshot, listener, answer, [](CuboidMap& /*content*/) {});
     }
   });
 }
 
 StorageAnswer moveWholeMap(GuardedMap& map, const VoxelMotion& motion, const SnapshotLimits& limits,
-                           const CallProgress& progress) {
+                           const ProgressListener& listener) {
   return guard([&](StorageAnswer& answer) {
     MapConfig config;
     std::vector<CellBox> locked;
@@ -202,11 +214,11 @@ StorageAnswer moveWholeMap(GuardedMap& map, const VoxelMotion& motion, const Sna
       locked = content.lockedBoxes();
       answer.revision = content.revision();
     };
-    MapSnapshot snapshot = takeWholeSnapshot(map, "", limits, look, progress);
+    MapSnapshot snapshot = takeWholeSnapshot(map, "", limits, look, listener);
     Eigen::Isometry3d T_new_old = motion.transform();
     T_new_old.translation() *= config.resolution_m;
-    moveMap(T_new_old, snapshot, config.threads, progress.stage("moving"));
-    putInPlace(map, config, snapshot, progress, answer, [&](CuboidMap& content) {
+    moveMap(T_new_old, snapshot, config.threads, listener);
+    putInPlace(map, config, snapshot, listener, answer, [&](CuboidMap& content) {
       if (content.revision() != answer.revision || content.lockedBoxes() != locked) {
         throw std::runtime_error("the map was changed meanwhile, by another call: call again");
       }

@@ -5,10 +5,11 @@
 #include "cuboid_mapping/geometry/voxel_motion.h"
 #include "cuboid_mapping/map/map_merge.h"
 #include "cuboid_mapping/map/map_snapshot.h"
-#include "cuboid_mapping/ros/map/call_progress.h"
+#include "cuboid_mapping/map/progress_listener.h"
 #include "cuboid_mapping/ros/map/guarded_map.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -42,6 +43,10 @@ void saveLocks(const GuardedMap& map, const std::string& map_file);
 void lockAsSaved(GuardedMap& map, const std::string& map_file);
 ///@}
 
+/// A listener for the functions below that ends them once a flag is set, as when the node ends. @param is_stopping  Must
+/// outlive the listener.
+[[nodiscard]] ProgressListener endWhen(const std::atomic<bool>& is_stopping);
+
 /// Result of a save or a load.
 struct StorageAnswer {
   std::string error;  ///< Empty: the call succeeded.
@@ -54,11 +59,11 @@ struct StorageAnswer {
 /// Saves the current map; the extension of the file chooses the format. The map is locked only while its bricks
 /// are copied.
 /// @param frame_id  Frame of the map, for the file. @param limits  With more on disk nothing is saved.
-/// @param progress  A cancelled save leaves the file as it was. A save of .ot or .bt cannot be cancelled while
-///                  it is written.
+/// @param listener  A save that it ends leaves the file as it was. A save of .ot or .bt cannot be ended while it is
+///                  written.
 [[nodiscard]] StorageAnswer saveMap(GuardedMap& map, const std::string& frame_id,
                                     const std::string& file, const SnapshotLimits& limits = {},
-                                    const CallProgress& progress = {});
+                                    const ProgressListener& listener = {});
 
 /// Reads a map while a snapshot of it is taken, and nobody changes it; its exceptions are passed on.
 /// @param window  Null: the whole map is in memory.
@@ -69,11 +74,10 @@ using SnapshotLook =
 /// each page read from the disk. A page that is loaded, changed and saved meanwhile has its saved content.
 /// @throws MapFileError  as MapWindow::addStored(). @throws std::runtime_error  when the whole map is replaced
 ///         meanwhile.
-/// @throws Cancelled
 [[nodiscard]] MapSnapshot takeWholeSnapshot(GuardedMap& map, const std::string& frame_id,
                                             const SnapshotLimits& limits,
                                             const SnapshotLook& look = {},
-                                            const CallProgress& progress = {});
+                                            const ProgressListener& listener = {});
 
 /// Limits for reading a file: the memory of the machine.
 [[nodiscard]] SnapshotLimits limitsOfMachine();
@@ -88,7 +92,7 @@ struct LoadPlacement {
 
 /// Replaces the map by that of a file, or merges both; see moveMap() and mergeMaps(). Locks stay.
 /// An error changes nothing: an unreadable or bad file, another resolution, a bad transform, a map beyond the
-/// limits, lack of memory, a cancel.
+/// limits, lack of memory, an end by the listener.
 ///
 /// Replacing: the new map is built beside the old one, which is locked for the exchange only; clouds that
 /// arrive until then are lost with the old map. Merging: the map is locked while the two are merged, and no
@@ -96,16 +100,16 @@ struct LoadPlacement {
 [[nodiscard]] StorageAnswer loadMap(GuardedMap& map, const std::string& file,
                                     const SnapshotLimits& limits = {},
                                     const LoadPlacement& placement = {},
-                                    const CallProgress& progress = {});
+                                    const ProgressListener& listener = {});
 
 /// Moves a whole map, with its locks and the pages on disk, to another frame. Cuboids of FusionKind::kGrowth
 /// grow anew. The new map is built beside the old one, which is locked for the exchange only.
 ///
 /// Refused without any change: the pages on disk exceed the limits or cannot be read, the map would reach
-/// beyond kAllCells, memory does not suffice, another call changed the map meanwhile, or a cancel.
+/// beyond kAllCells, memory does not suffice, another call changed the map meanwhile, or the listener.
 [[nodiscard]] StorageAnswer moveWholeMap(GuardedMap& map, const VoxelMotion& motion,
                                          const SnapshotLimits& limits = {},
-                                         const CallProgress& progress = {});
+                                         const ProgressListener& listener = {});
 
 /// Text that a map of one frame is used in another, and what to do; empty if the frames agree, or the file has
 /// none.

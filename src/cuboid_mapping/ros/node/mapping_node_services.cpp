@@ -100,7 +100,7 @@ StorageAnswer MappingNode::moveMap(const Eigen::Isometry3d& T_new_old, const ros
   if (!answer.error.empty()) return answer;
   // What may run out of memory comes first.
   const auto move_features = features_.prepareMove(*motion);
-  answer = moveWholeMap(map_, *motion, limitsOfMachine(), CallProgress(is_stopping_));
+  answer = moveWholeMap(map_, *motion, limitsOfMachine(), endWhen(is_stopping_));
   if (!answer.error.empty()) return answer;
   move_features();
   mapper_.setFirstStamp(jump.isZero() ? ros::Time::now() : jump);
