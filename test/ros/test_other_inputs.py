@@ -95,7 +95,7 @@ class OtherInputsTest(InputCase):
 
     def test_a_cloud_without_a_frame_is_called_so(self):
         said = self.map_records([STATIC] + clouds(make_cloud(ROW, frame='')), status=1)
-        self.assertIn('empty frame_id: header.frame_id is empty: set the frame', said)
+        self.assertIn('empty frame_id: set the frame', said)
         self.assertNotIn('Nobody publishes', said)
 
     # A single reading.

@@ -43,6 +43,9 @@ constexpr std::size_t kNumDropReasons = 18;
 /// A short name for diagnostics, such as "no x/y/z fields".
 [[nodiscard]] const char* toString(DropReason reason);
 
+/// Advice for dropped clouds, as a clause that follows "dropped: ".
+[[nodiscard]] const char* toAdvice(DropReason reason);
+
 /// Reason why a cloud is refused.
 struct CloudError {
   DropReason defect;
@@ -50,7 +53,7 @@ struct CloudError {
 };
 
 /// The error of a message: "cloud in frame 'lidar': it has no points. Check the sensor".
-/// @param kind  Such as "cloud". @param cure  Null: the usual cure of the defect. Empty: `what` has it.
+/// @param kind  Such as "cloud". @param cure  Null: toAdvice(). Empty: `what` has it.
 [[nodiscard]] CloudError describeError(DropReason defect, const std::string& kind,
                                        const std_msgs::Header& header, const std::string& what,
                                        const char* cure = nullptr);

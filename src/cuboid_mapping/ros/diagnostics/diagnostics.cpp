@@ -79,7 +79,8 @@ std::string adviseOnDrops(DropReason reason, const NodeReport& report) {
     return report.other_tf_drop.empty() ? describeTf(report) : report.other_tf_drop;
   }
   if (reason == DropReason::kTooOldForTf) return withClock(toAdvice(reason), report);
-  return toAdvice(reason);
+  const bool is_defect = static_cast<std::size_t>(reason) < kNumCloudDefects;
+  return std::string(toAdvice(reason)) + (is_defect ? "; the log says what is wrong" : "");
 }
 
 /// The clouds dropped since the last report, by reason, and the advice on most of them. Those before the first
@@ -270,43 +271,6 @@ std::string describeAge(double age_s) {
   text.precision(3);
   text << size_s << " s";
   return text.str();
-}
-
-const char* toAdvice(DropReason reason) {
-  switch (reason) {
-    case DropReason::kQueueFull:
-      return "the node is too slow for them: use a coarser resolution or a smaller "
-             "sensor_model/max_range, or send fewer clouds";
-    case DropReason::kNoTransform:
-      return "check that tf has a path from the cloud's frame to frame_id at the cloud's stamp "
-             "(rosrun tf2_tools echo.py)";
-    case DropReason::kEmptyFrame:
-      return "header.frame_id is empty: set the frame of the sensor in its driver";
-    case DropReason::kWrongUnit:
-      return "set length_unit to the sensor's unit in metres, such as 0.001";
-    case DropReason::kNoPointTimes:
-      return "have the driver send the time of each point, or set deskew to false";
-    case DropReason::kTooOldForTf:
-      return "check the sensor's clock (some drivers stamp with the time since power-on), and that "
-             "the clocks of all machines agree; with recorded data set use_sim_time and play bags "
-             "with --clock";
-    case DropReason::kBeforeTf:
-      return "tf began after them, as when sensors start first, or a recording starts again; the "
-             "clouds after them are mapped";
-    case DropReason::kTfGap:
-      return "their pose would be a guess: check the publisher of the frame, or raise tf_gap if it "
-             "publishes so rarely";
-    case DropReason::kNoCameraInfo:
-      return "check the publisher of camera_info, or name its topic in camera_info";
-    case DropReason::kPaused: return "call ~pause with data: false to resume";
-    case DropReason::kBeforeJump:
-      return "they are older than the jump that ~move_map was given; call ~reset if a recording "
-             "has started again";
-    case DropReason::kInternalError:
-      return "see the log; a coarser resolution or a smaller sensor_model/max_range needs less "
-             "memory";
-    default: return "check the driver that publishes the cloud; the log says what is wrong with it";
-  }
 }
 
 void fillStatus(const NodeReport& report, const NodeStatistics& last_report,

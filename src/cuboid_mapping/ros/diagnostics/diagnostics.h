@@ -129,9 +129,6 @@ struct ReportSummary {
 /// A readable duration with either sign: "0.32 s", "50 min", "3 h", "5 days", "9 years".
 [[nodiscard]] std::string describeAge(double age_s);
 
-/// Advice for dropped clouds, as a clause that follows "dropped: ".
-[[nodiscard]] const char* toAdvice(DropReason reason);
-
 /// Writes a report with one key for each figure; counts of faults only if they have occurred. It is an error, whatever
 /// summarize() says, if callbacks or the store of a window have failed since the last report.
 void fillStatus(const NodeReport& report, const NodeStatistics& last_report,
