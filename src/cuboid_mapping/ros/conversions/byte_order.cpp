@@ -80,9 +80,8 @@ struct Depths {
 
   [[nodiscard]] bool areUsual(double max_m) {
     if (depths_m.empty()) return false;
-    const auto median = depths_m.begin() + static_cast<std::ptrdiff_t>(depths_m.size() / 2);
-    std::nth_element(depths_m.begin(), median, depths_m.end());
-    return *median >= 0.05 && *median <= max_m;
+    const double median_m = quantileOf(depths_m);
+    return median_m >= 0.05 && median_m <= max_m;
   }
 };
 

@@ -123,11 +123,10 @@ void CloudChecks::checkLimits() {
 
 void CloudChecks::checkUnit(std::vector<double>& ranges_m) {
   if (ranges_m.empty()) return;
-  const auto median = ranges_m.begin() + static_cast<std::ptrdiff_t>(ranges_m.size() / 2);
-  std::nth_element(ranges_m.begin(), median, ranges_m.end());
-  if (*median <= (is_depth_ ? kMaxUsualDepth_m : kMaxUsualRange_m)) return;
+  const double median_m = quantileOf(ranges_m);
+  if (median_m <= (is_depth_ ? kMaxUsualDepth_m : kMaxUsualRange_m)) return;
   warnOnce("unit", std::string("half of the ") + (is_depth_ ? "depths" : "ranges") + " are above " +
-                       toText(std::floor(*median)) + " m, farther than most " +
+                       toText(std::floor(median_m)) + " m, farther than most " +
                        (is_depth_ ? "depth cameras" : "lidars") +
                        " measure. If their unit is another, set length_unit " +
                        (is_depth_ ? "(1/5000 m: 0.0002)" : "(centimetres: 0.01)"));

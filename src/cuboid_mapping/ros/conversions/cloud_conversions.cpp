@@ -184,10 +184,7 @@ Eigen::Vector3d findMedian(const PointReader& reader) {
   });
   Eigen::Vector3d median = Eigen::Vector3d::Zero();
   for (std::size_t axis = 0; axis < 3 && !samples[axis].empty(); ++axis) {
-    const auto middle =
-        samples[axis].begin() + static_cast<std::ptrdiff_t>(samples[axis].size() / 2);
-    std::nth_element(samples[axis].begin(), middle, samples[axis].end());
-    median[static_cast<Eigen::Index>(axis)] = *middle;
+    median[static_cast<Eigen::Index>(axis)] = quantileOf(samples[axis]);
   }
   return median;
 }
@@ -336,9 +333,7 @@ std::optional<CloudError> checkUnit(const CloudPoints& cloud, const CloudOptions
   for (std::size_t i = 0; i < cloud.points.size(); i += sampleStep(cloud.points.size(), kSamples)) {
     ranges_m.push_back((cloud.points[i] - sensor).norm());
   }
-  const auto median = ranges_m.begin() + static_cast<std::ptrdiff_t>(ranges_m.size() / 2);
-  std::nth_element(ranges_m.begin(), median, ranges_m.end());
-  const auto median_m = static_cast<double>(*median);
+  const auto median_m = static_cast<double>(quantileOf(ranges_m));
   if (median_m < kLeast_m || median_m > kMost_m) return std::nullopt;
   return describeError(DropReason::kWrongUnit, "cloud", header,
                        "as metres, half of its points are more than " +

@@ -252,24 +252,23 @@ std::optional<std::string> findUnit(const Image& image, DepthReader& reader,
   const auto num_whole = std::count_if(depths_m.begin(), depths_m.end(), [](double depth_m) {
     return depth_m == std::floor(depth_m);
   });
-  const auto median = depths_m.begin() + static_cast<std::ptrdiff_t>(depths_m.size() / 2);
-  std::nth_element(depths_m.begin(), median, depths_m.end());
+  const double median_m = quantileOf(depths_m);
   if (reader.hasUnits()) {
-    if (*median >= kLeastDepth_m) return std::nullopt;
-    return "as millimetres, half of its depths are at most " + cuboid_mapping::toText(*median) +
+    if (median_m >= kLeastDepth_m) return std::nullopt;
+    return "as millimetres, half of its depths are at most " + cuboid_mapping::toText(median_m) +
            " m";
   }
-  if (*median > kMostDepth_m &&
+  if (median_m > kMostDepth_m &&
       20 * num_whole >= 19 * std::distance(depths_m.begin(), depths_m.end())) {
     constexpr double kMillimetre_m = 1e-3;
     reader.setUnit(kMillimetre_m);
     warnings.push_back(
-        "the depths of 32FC1 images are whole numbers, " + cuboid_mapping::toText(*median) +
+        "the depths of 32FC1 images are whole numbers, " + cuboid_mapping::toText(median_m) +
         " in the middle, and are taken as millimetres. If they are not, set length_unit");
     return std::nullopt;
   }
-  if (*median <= kMostDepth_m) return std::nullopt;
-  return "as metres, half of its depths are at least " + cuboid_mapping::toText(*median) + " m";
+  if (median_m <= kMostDepth_m) return std::nullopt;
+  return "as metres, half of its depths are at least " + cuboid_mapping::toText(median_m) + " m";
 }
 
 /// Converts the pixels of a checked image.

@@ -12,12 +12,21 @@
 #include <cstring>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace cuboid_mapping_ros {
 
 /// Step of a sample: every so many rows, points or pixels. It is odd, because every second one may be empty.
 [[nodiscard]] constexpr std::size_t sampleStep(std::size_t num_items, std::size_t num_samples) {
   return num_items / num_samples | 1U;
+}
+
+/// The value below which a percentage of the others lie: 50 for the median. Changes their order. @pre There are values.
+template <typename T>
+[[nodiscard]] T quantileOf(std::vector<T>& values, std::size_t percent = 50) {
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(values.size() * percent / 100);
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
 }
 
 /// The field of this name; null if there is none.

@@ -29,9 +29,7 @@ double findReach(const CloudPoints& cloud, const Eigen::Vector3d& sensor_cloud, 
     if (static_cast<double>(range_m) <= max_beam_m) ranges_m.push_back(range_m);
   }
   if (ranges_m.empty()) return 0.0;
-  const auto reach = ranges_m.begin() + static_cast<std::ptrdiff_t>(ranges_m.size() * 95 / 100);
-  std::nth_element(ranges_m.begin(), reach, ranges_m.end());
-  return static_cast<double>(*reach);
+  return static_cast<double>(quantileOf(ranges_m, 95));
 }
 
 /// The poses of the frames of a step. @param first  Moves on to the next step's.
