@@ -38,7 +38,6 @@ class SpeedWatch {
 
   /// Rate of a source over its last clouds, without gaps from lost clouds; nothing before the third.
   [[nodiscard]] std::optional<double> rateHz(std::size_t source = 0) const;
-  [[nodiscard]] double reach_m() const { return reach_m_; }
 
   /// Settings that would keep up, such as "4.3 s per cloud at 10 Hz: try resolution 0.2 or
   /// sensor_model/max_range 30"; nothing if clouds take less time than there is between them, or too few have

@@ -5,6 +5,7 @@
 #include "cuboid_mapping/ros/conversions/points.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
+#include "cuboid_mapping/ros/parameters/parameter_table.h"
 
 #include <diagnostic_msgs/DiagnosticStatus.h>
 #include <ros/serialization.h>
@@ -152,6 +153,20 @@ void ObservationPublisher::fillStatus(diagnostic_updater::DiagnosticStatusWrappe
   status.add("observations waiting", waiting_.size());
   status.add("observations that gave up waiting", num_overtaken_);
   status.add("clouds left out", last_.left_out);
+}
+
+std::vector<ParameterDeclaration> ObservationPublisher::declare() {
+  return {
+      {"observation_rate", "kB/s",
+       number({&NodeParameters::fleet, &FleetParameters::observation_max_kb_s}, 0.0, 1e6),
+       "Maximum rate of observations to each listener. Answers of ~get_observations count. With "
+       "observation_memory, the last 50 observations above the rate wait, and listeners can "
+       "request older ones; without, they are dropped and counted. 0: no limit."},
+      {"observation_memory", "MB",
+       integer({&NodeParameters::fleet, &FleetParameters::observation_memory_mb}, 0, 100000),
+       "Memory for sent observations, so that merging nodes can request lost ones. 0: none is "
+       "kept."},
+  };
 }
 
 }  // namespace cuboid_mapping_ros

@@ -1,15 +1,38 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/fleet/robots_feature.h"
 
+#include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
+#include "cuboid_mapping/ros/parameters/parameter_table.h"
+
+#include <ros/names.h>
 
 #include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace cuboid_mapping_ros {
+namespace {
+
+using P = NodeParameters;
+
+bool setRobots(P& parameters, const std::string& text) {
+  std::vector<std::string> robots = wordsOf(text);
+  for (const std::string& robot : robots) {
+    std::string reason;
+    if (!ros::names::validate(robot, reason) || robot[0] == '~') return false;
+  }
+  parameters.fleet.robots = std::move(robots);
+  return true;
+}
+
+std::string getRobots(const P& parameters) { return join(parameters.fleet.robots, " "); }
+
+}  // namespace
 
 RobotsFeature::RobotsFeature(const MapHost& host)
-    : host_(host),
-      merging_thread_(host.guard, "merging"),
+    : merging_thread_(host.guard, "merging"),
       asking_threads_(host.guard, "asking robots",
                       static_cast<std::uint32_t>(host.parameters.fleet.robots.size()) + 1) {
   RobotMerger::Callbacks callbacks;
@@ -52,6 +75,18 @@ void RobotsFeature::report(NodeReport& report) {
 
 void RobotsFeature::addStatus(diagnostic_updater::Updater& diagnostics) {
   diagnostics.add("merging", &*merger_, &RobotMerger::report);
+}
+
+std::vector<ParameterDeclaration> RobotsFeature::declare() {
+  return {
+      {"merge/robots", "",
+       parsedText("namespaces with spaces between them, or empty", false, setRobots, getRobots),
+       "Namespaces of robots, as in \"/robot1 /robot2\". The node builds the map from the "
+       "observations of their nodes, instead of clouds. Empty: from clouds."},
+      {"merge/delay", "s", number({&P::fleet, &FleetParameters::merge_delay_s}, 0.0, 3600.0),
+       "Time that an observation waits for earlier ones of other robots. Those that arrive even "
+       "later enter the map at once, out of order, and are counted."},
+  };
 }
 
 }  // namespace cuboid_mapping_ros

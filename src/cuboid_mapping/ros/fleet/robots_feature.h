@@ -28,7 +28,6 @@ class RobotsFeature : public MapFeature {
   void stop() noexcept override;
 
  private:
-  const MapHost& host_;
   GuardedThread merging_thread_;
   GuardedThread asking_threads_;  ///< One more than there are robots: a silent one blocks no other.
   std::optional<RobotMerger> merger_;

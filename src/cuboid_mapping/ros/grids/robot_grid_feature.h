@@ -1,14 +1,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cuboid_mapping/ros/grids/robot_grid.h"
 #include "cuboid_mapping/ros/mapping/map_feature.h"
+#include "cuboid_mapping/ros/middleware/grid_publisher.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 
+#include <nav_msgs/OccupancyGrid.h>
+
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace cuboid_mapping_ros {
+
+/// Grid of the map for the topic robot_grid; nothing, and a warning, without a transform of the robot's frame.
+[[nodiscard]] std::optional<nav_msgs::OccupancyGrid> findRobotGrid(
+    const GuardedMap& map, const tf2::BufferCore& buffer, const NodeParameters& parameters);
 
 /// The topics robot_grid and robot_grid_updates: parameters robot_grid/*.
 class RobotGridFeature : public MapFeature {
