@@ -24,7 +24,6 @@ class RobotGridFeature : public MapFeature {
       : grid_(host.nh, {kRobotGridTopic, kRobotGridUpdatesTopic, host.parameters.keyframe_period_s},
               [&host] { return findRobotGrid(host.map, host.tf, host.parameters); }) {}
   [[nodiscard]] static std::vector<ParameterDeclaration> declare();
-  [[nodiscard]] static std::vector<ParameterError> check(const LoadedParameters& loaded);
   [[nodiscard]] static bool isOn(const NodeParameters& parameters) {
     return !parameters.robot_grid.frame_id.empty();
   }

@@ -284,7 +284,8 @@ std::vector<ParameterDeclaration> OctomapServerFeature::declare() {
   return {
       {"occupancy_min_z", "m", number({&P::octomap_server, &O::occupancy_min_z_m}),
        "Cells below this height are left out of octomap_server's markers, points and "
-       "projected_map."},
+       "projected_map.",
+       "occupancy_max_z"},
       {"occupancy_max_z", "m", number({&P::octomap_server, &O::occupancy_max_z_m}),
        "Cells above this height are left out of octomap_server's markers, points and "
        "projected_map."},
@@ -296,14 +297,6 @@ std::vector<ParameterDeclaration> OctomapServerFeature::declare() {
        "true: occupied voxels without an occupied neighbour (of 26) are left out of "
        "octomap_server's markers, points and projected_map."},
   };
-}
-
-std::vector<ParameterError> OctomapServerFeature::check(const LoadedParameters& loaded) {
-  const O& octomap_server = loaded.parameters.octomap_server;
-  std::vector<ParameterError> errors;
-  checkOrder(loaded, "occupancy_min_z", octomap_server.occupancy_min_z_m, "occupancy_max_z",
-             octomap_server.occupancy_max_z_m, errors);
-  return errors;
 }
 
 }  // namespace cuboid_mapping_ros

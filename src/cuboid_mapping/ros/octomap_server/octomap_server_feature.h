@@ -55,7 +55,6 @@ class OctomapServerFeature : public MapFeature {
  public:
   explicit OctomapServerFeature(const MapHost& host);
   [[nodiscard]] static std::vector<ParameterDeclaration> declare();
-  [[nodiscard]] static std::vector<ParameterError> check(const LoadedParameters& loaded);
   [[nodiscard]] std::string name() const override { return "topics of octomap_server"; }
   void onChanges(const MapChanges& changes) override;
   void publish() override;

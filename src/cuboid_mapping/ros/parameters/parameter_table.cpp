@@ -69,7 +69,8 @@ std::vector<ParameterDeclaration> declareSensorModel() {
        "beams hit, only what it passes. false: a beam clears all voxels up to its end, as in "
        "OctoMap."},
       {"sensor_model/min_range", "m", number(&S::min_range_m, 0.0, kInfinity, 0.0),
-       "Points closer to the sensor than this are ignored. 0 or -1: no limit."},
+       "Points closer to the sensor than this are ignored. 0 or -1: no limit.",
+       "sensor_model/max_range"},
   };
 }
 
@@ -83,7 +84,8 @@ std::vector<ParameterDeclaration> declareCrop() {
         "filter_ground.";
     const Field<double> least([axis](P& p) -> double& { return p.source.crop.min_m[axis]; }, true);
     const Field<double> most([axis](P& p) -> double& { return p.source.crop.max_m[axis]; }, true);
-    table.push_back({"pointcloud_min_" + name, "m", number(least), "Lower" + help});
+    table.push_back(
+        {"pointcloud_min_" + name, "m", number(least), "Lower" + help, "pointcloud_max_" + name});
     table.push_back({"pointcloud_max_" + name, "m", number(most), "Upper" + help});
   }
   return table;

@@ -19,6 +19,7 @@ struct ParameterDeclaration {
   std::string unit;  ///< Empty for numbers without one, and for other values.
   ParameterKind kind;
   std::string help;
+  std::string below = {};  ///< Number that must be greater than this one; empty: none.
 };
 
 /// Part of parameterTable(): has the first parameters of SourceParameters, and the list of
@@ -36,10 +37,6 @@ struct FeatureParameters {
 
 /// Of all features and steps; see features.cpp.
 [[nodiscard]] const std::vector<FeatureParameters>& featureParameters();
-
-/// Adds an error unless the first parameter is less than the second one, or one of them has an error already.
-void checkOrder(const LoadedParameters& loaded, const std::string& lower_key, double lower,
-                const std::string& upper_key, double upper, std::vector<ParameterError>& errors);
 
 /// Keys of earlier versions, with the reason of their removal and the cure.
 [[nodiscard]] const std::map<std::string, std::string>& retiredParameters();

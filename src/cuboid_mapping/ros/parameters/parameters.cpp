@@ -134,16 +134,28 @@ bool isGood(const LoadedParameters& loaded, const std::string& key) {
                       [&](const ParameterError& error) { return error.key == key; });
 }
 
+/// Adds an error unless a number is less than the one that it must be below, or one of them has an error already.
+void checkOrder(const LoadedParameters& loaded, const ParameterDeclaration& lower,
+                std::vector<ParameterError>& errors) {
+  const auto& table = parameterTable();
+  const auto upper = std::find_if(table.begin(), table.end(), [&](const auto& declaration) {
+    return declaration.key == lower.below;
+  });
+  if (upper == table.end() || !isGood(loaded, lower.key) || !isGood(loaded, upper->key)) return;
+  const double least = numberOf(lower.kind.get(loaded.parameters)).value();
+  const double most = numberOf(upper->kind.get(loaded.parameters)).value();
+  const bool has_no_limit = most == -1.0 && upper->kind.min == -1.0;
+  if (least < most || has_no_limit) return;
+  errors.push_back({lower.key, "is " + formatNumber(least) + ", but must be less than " +
+                                   upper->key + " (" + formatNumber(most) +
+                                   "): change one of them"});
+}
+
 void checkSets(LoadedParameters& loaded) {
-  const NodeParameters& all = loaded.parameters;
   std::vector<ParameterError> errors;
-  for (int axis = 0; axis < 3; ++axis) {
-    const std::string name(1, "xyz"[axis]);
-    checkOrder(loaded, "pointcloud_min_" + name, all.source.crop.min_m[axis],
-               "pointcloud_max_" + name, all.source.crop.max_m[axis], errors);
+  for (const ParameterDeclaration& declaration : parameterTable()) {
+    checkOrder(loaded, declaration, errors);
   }
-  checkOrder(loaded, "sensor_model/min_range", all.source.min_range_m, "sensor_model/max_range",
-             all.source.max_range_m, errors);
   for (const FeatureParameters& feature : featureParameters()) {
     for (ParameterError& error : feature.check(loaded)) errors.push_back(std::move(error));
   }
@@ -246,14 +258,6 @@ XmlRpcValue applyDefaults(const XmlRpcValue& group) {
 }
 
 }  // namespace
-
-void checkOrder(const LoadedParameters& loaded, const std::string& lower_key, double lower,
-                const std::string& upper_key, double upper, std::vector<ParameterError>& errors) {
-  if (lower < upper || !isGood(loaded, lower_key) || !isGood(loaded, upper_key)) return;
-  errors.push_back({lower_key, "is " + formatNumber(lower) + ", but must be less than " +
-                                   upper_key + " (" + formatNumber(upper) +
-                                   "): change one of them"});
-}
 
 std::map<std::string, XmlRpcValue> leavesOf(const XmlRpcValue& group) {
   if (group.getType() != XmlRpcValue::TypeStruct) return {{"", group}};
