@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/ros/ground/ground_filter.h"
+#include "cuboid_mapping/ros/ground/ground_step.h"
 
 #include "cuboid_mapping/ros/mapping/sensor_input.h"
 #include "cuboid_mapping/rtree/traversal.h"

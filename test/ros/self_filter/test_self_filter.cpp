@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/ros/self_filter/self_filter.h"
+#include "cuboid_mapping/ros/self_filter/self_filter_step.h"
 
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/ros/mapping/sensor_input.h"

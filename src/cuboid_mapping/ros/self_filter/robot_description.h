@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Internal to self_filter.h: the collision shapes of a URDF.
+// Internal to self_filter_step.h: the collision shapes of a URDF.
 #pragma once
 
 #include "cuboid_mapping/ros/parameters/parameters.h"

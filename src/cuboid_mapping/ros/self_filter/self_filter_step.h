@@ -4,9 +4,34 @@
 #include "cuboid_mapping/geometry/grid.h"
 #include "cuboid_mapping/ros/mapping/sensor_step.h"
 
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include <cstddef>
 #include <vector>
 
 namespace cuboid_mapping_ros {
+
+/// Fills self_filter.parts with the parts of the robot: its boxes, then the shapes of its description.
+///
+/// @param find_text  Reads self_filter/robot_description, unless that is a .urdf file.
+/// @throws std::runtime_error  for a missing file or parameter, errors of readRobotDescription(), and
+///         a robot with too many voxels to keep free.
+void loadRobotParts(NodeParameters& parameters, const FindText& find_text);
+
+/// Removes points in padded parts. The others keep their order.
+/// @param T_part_points  For each part, the transform of points to its frame.
+/// @return Number of removed points. @complexity O(points * parts); most points cost one comparison.
+std::size_t removePointsOnRobot(const RobotParts& parts,
+                                const std::vector<Eigen::Isometry3d>& T_part_points,
+                                std::vector<Eigen::Vector3f>& points);
+
+/// Voxels whose centre lies in a part, without padding; a voxel in two parts comes twice.
+/// @param T_map_part  For each part, its pose. @return Centres, relative to `anchor_map`.
+/// @complexity O(volume, in voxels, of the boxes around the parts in the map).
+[[nodiscard]] std::vector<Eigen::Vector3f> findRobotVoxels(
+    const RobotParts& parts, const std::vector<Eigen::Isometry3d>& T_map_part, const Grid& grid,
+    const Eigen::Vector3d& anchor_map);
 
 /// Points on the robot are left out, with their beams.
 class SelfFilterStep : public SensorStep {
