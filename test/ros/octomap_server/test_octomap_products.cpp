@@ -303,7 +303,8 @@ TEST(ClearBox, freesKnownVoxelsInsideTheBoxAndNothingElse) {
     for (auto& [cell, log_odds] : expected) {
       if (box.contains(cell)) log_odds = free;
     }
-    EXPECT_EQ(clearBox(map, map.grid().toMetricBox(box)), "");
+    const tf2::BufferCore tf;
+    EXPECT_EQ(clearBox({map, "map", tf}, map.grid().toMetricBox(box)), "");
     EXPECT_EQ(voxels_of(), expected) << seedNote(i);
     map.read([](const CuboidMap&, const ros::Time& stamp) {
       EXPECT_EQ(stamp, ros::Time(7.0));
@@ -314,12 +315,14 @@ TEST(ClearBox, freesKnownVoxelsInsideTheBoxAndNothingElse) {
 
 TEST(ClearBox, refusesBoxesThatAreNone) {
   GuardedMap map({});
+  const tf2::BufferCore tf;
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(
-      clearBox(map, {{0, 0, 0}, {-nan, 1, 1}}).rfind("box from (0, 0, 0) to (NaN, 1, 1): ", 0), 0U);
-  EXPECT_NE(clearBox(map, {{1, 0, 0}, {0, 1, 1}}), "");
-  EXPECT_NE(clearBox(map, {{0, 0, 0}, {1, 1, 1e15}}), "");
-  EXPECT_EQ(clearBox(map, {{0, 0, 0}, {0, 1, 1}}), "") << "a box without thickness";
+  EXPECT_EQ(clearBox({map, "map", tf}, {{0, 0, 0}, {-nan, 1, 1}})
+                .rfind("box from (0, 0, 0) to (NaN, 1, 1): ", 0),
+            0U);
+  EXPECT_NE(clearBox({map, "map", tf}, {{1, 0, 0}, {0, 1, 1}}), "");
+  EXPECT_NE(clearBox({map, "map", tf}, {{0, 0, 0}, {1, 1, 1e15}}), "");
+  EXPECT_EQ(clearBox({map, "map", tf}, {{0, 0, 0}, {0, 1, 1}}), "") << "a box without thickness";
 }
 
 }  // namespace

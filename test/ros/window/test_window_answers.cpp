@@ -202,7 +202,8 @@ TEST_F(WindowAnswers, OfAnOctreeAreWholeOrRefused) {
   const auto whole = [this](QueriesOutside outside, std::size_t max_bricks) {
     cuboid_mapping::SnapshotLimits limits;
     limits.max_bricks = max_bricks;
-    return viewWholeMap(map_, "/map", outside, limits);
+    in_frame_.limits.outside = outside;
+    return viewWholeMap(in_frame_, limits);
   };
   constexpr std::size_t kMany = 1000;
   const auto refusal = [&](QueriesOutside outside, std::size_t max_bricks) -> std::string {
@@ -227,6 +228,16 @@ TEST_F(WindowAnswers, OfAnOctreeAreWholeOrRefused) {
   in_frame_.limits.outside = QueriesOutside::kLoad;
   EXPECT_TRUE(answer<QueryBox>(in_frame_, boxRequest({0.1, 0.1, 0.1}, {0.9, 0.9, 0.9})).success);
   EXPECT_EQ(refusal(QueriesOutside::kRefuse, 2), "") << "all of it is in memory now";
+}
+
+TEST_F(WindowAnswers, ReadNothingFromTheDiskWhenTheNodeEnds) {
+  const std::atomic<bool> is_stopped{true};
+  in_frame_.limits.outside = QueriesOutside::kLoad;
+  in_frame_.is_stopped = &is_stopped;
+  expectRefusal(answer<QueryBox>(in_frame_, boxRequest({0.1, 0.1, 0.1}, {0.9, 0.9, 0.9})),
+                "not loaded: the node ends");
+  EXPECT_EQ(numOnDisk(), 1U);
+  EXPECT_THROW((void)viewWholeMap(in_frame_, {}), std::runtime_error);
 }
 
 TEST_F(WindowAnswers, CloudsGoOnWhileTheWholeMapIsReadFromTheDisk) {
@@ -282,8 +293,10 @@ TEST_F(WindowAnswers, EditsAreMadeInAPartThatIsOnDisk) {
   goAway();
   EXPECT_EQ(numOnDisk(), 1U);
   const cuboid_mapping::MetricBox corner{{0.0, 0.0, 0.0}, {0.2, 0.2, 0.2}};
-  EXPECT_EQ(clearBox(map_, corner).rfind("not loaded: 1 part of the map", 0), 0U);
-  EXPECT_EQ(clearBox(map_, corner, in_frame_.limits), "");
+  in_frame_.limits.outside = QueriesOutside::kRefuse;
+  EXPECT_EQ(clearBox(in_frame_, corner).rfind("not loaded: 1 part of the map", 0), 0U);
+  in_frame_.limits.outside = QueriesOutside::kLoad;
+  EXPECT_EQ(clearBox(in_frame_, corner), "");
   goAway();
   std::map<Cell, float> expected = before;
   const auto set = [&](const cuboid_mapping::CellBox& box, float value) {

@@ -104,9 +104,9 @@ std::optional<CellBox> GuardedMap::regionOfSearch() const {
   return window_->window();
 }
 
-void GuardedMap::load(const CellBox& box) {
+void GuardedMap::load(const CellBox& box, const std::atomic<bool>* is_stopped) {
   const PageHold come_back = hold();
-  while (countNotLoaded(box) > 0) {
+  while (countNotLoaded(box) > 0 && (is_stopped == nullptr || !*is_stopped)) {
     const Changing changing(change_);
     window_->fetch(box, MapWindow::kPagesAStep);
     const WriteLock alone(mutex_);

@@ -192,8 +192,9 @@ class GuardedMap {
   /// Default region of a search: the window if parts of the map are on disk only, else everything.
   [[nodiscard]] std::optional<CellBox> regionOfSearch() const;
   /// Loads the pages of a box, some at a time, so that others get their turn.
+  /// @param is_stopped  true ends it; may be null.
   /// @throws MapFileError  if a page cannot be loaded: the pages before it are.
-  void load(const CellBox& box);
+  void load(const CellBox& box, const std::atomic<bool>* is_stopped = nullptr);
   /// Figures of the window; nothing without one.
   [[nodiscard]] std::optional<WindowFigures> windowFigures() const;
   /// Writes changes to the disk, some pages at a time, so that others get their turn. The figures of the window

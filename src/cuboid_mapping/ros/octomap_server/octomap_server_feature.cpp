@@ -55,15 +55,14 @@ void noteLeftOut(const char* topic, double num_voxels) {
 
 }  // namespace
 
-MapView viewWholeMap(GuardedMap& map, const std::string& frame_id, QueriesOutside outside,
-                     const SnapshotLimits& limits) {
+MapView viewWholeMap(const MapInFrame& map, const SnapshotLimits& limits) {
   MapView view;
-  view.header.frame_id = withoutSlash(frame_id);
+  view.header.frame_id = withoutSlash(map.frame_id);
   try {
     const auto look = [&](const CuboidMap& /*content*/, const ros::Time& stamp,
                           const MapWindow* window) {
       const std::size_t num_elsewhere = window == nullptr ? 0 : window->figures().num_on_disk_only;
-      if (num_elsewhere > 0 && outside == QueriesOutside::kRefuse) {
+      if (num_elsewhere > 0 && map.limits.outside == QueriesOutside::kRefuse) {
         throw std::runtime_error(
             "not loaded: " + describePages(num_elsewhere) +
             ", would have to be read from the disk, and an octree without them is incomplete. Set "
@@ -71,14 +70,16 @@ MapView viewWholeMap(GuardedMap& map, const std::string& frame_id, QueriesOutsid
       }
       view.header.stamp = stamp;
     };
-    view.map = takeWholeSnapshot(map, view.header.frame_id, limits, look);
+    const auto end = map.is_stopped == nullptr ? ProgressListener() : endWhen(*map.is_stopped);
+    view.map = takeWholeSnapshot(map.map, view.header.frame_id, limits, look, end);
   } catch (const MapFileError& error) {
     throw std::runtime_error(std::string("not loaded: ") + error.what());
   }
   return view;
 }
 
-std::string clearBox(GuardedMap& map, const MetricBox& box_map, const ServiceLimits& limits) {
+std::string clearBox(const MapInFrame& in_frame, const MetricBox& box_map) {
+  GuardedMap& map = in_frame.map;
   // A flat box means the voxels in which it lies, as in octomap_server.
   MetricBox box = box_map;
   const double thinnest_m = 1e-3 * map.grid().resolution();
@@ -91,7 +92,7 @@ std::string clearBox(GuardedMap& map, const MetricBox& box_map, const ServiceLim
   }
   const PageHold hold = map.hold();
   std::size_t num_pages = 0;
-  std::string error = loadPages(map, *cells, limits, num_pages);
+  std::string error = loadPages(in_frame, *cells, num_pages);
   if (!error.empty()) return error;
   const auto turn = map.beginEdit();
   map.editIn(*cells, [&](CuboidMap& content) {
@@ -103,8 +104,6 @@ std::string clearBox(GuardedMap& map, const MetricBox& box_map, const ServiceLim
 
 OctomapServerFeature::OctomapServerFeature(const MapHost& host)
     : frame_id_(withoutSlash(host.parameters.frame_id)),
-      limits_(host.parameters.service_limits),
-      octree_limits_(limitsOfMachine()),
       map_(host.map),
       guard_(host.guard),
       projection_(host.parameters.octomap_server),
@@ -154,17 +153,16 @@ void OctomapServerFeature::advertiseServices(const MapHost& host) {
   const ros::NodeHandle& nh = host.public_services_nh;
   const auto offer_octree = [&](const char* name, OctreeKind kind) {
     servers_.push_back(offerService<octomap_msgs::GetOctomap>(
-        nh, name, [this, kind](const auto& /*request*/, auto& response) {
-          const MapView view = viewWholeMap(map_, frame_id_, limits_.outside, octree_limits_);
-          response.map = toOctree(view, kind);
+        nh, name, [&map = host.map_in_frame, kind](const auto& /*request*/, auto& response) {
+          response.map = toOctree(viewWholeMap(map, limitsOfMachine()), kind);
         }));
   };
   offer_octree(kOctomapBinaryTopic, OctreeKind::kBinary);
   offer_octree(kOctomapFullTopic, OctreeKind::kFull);
   servers_.push_back(offerService<octomap_msgs::BoundingBoxQuery>(
-      host.services_nh, kClearBoxService, [this](const auto& request, auto& /*response*/) {
-        const MetricBox box_map{toVector(request.min), toVector(request.max)};
-        const std::string error = clearBox(map_, box_map, limits_);
+      host.services_nh, kClearBoxService,
+      [&map = host.map_in_frame](const auto& request, auto& /*response*/) {
+        const std::string error = clearBox(map, {toVector(request.min), toVector(request.max)});
         if (!error.empty()) throw std::runtime_error(error);
       }));
 }

@@ -27,8 +27,7 @@ namespace cuboid_mapping_ros {
 /// model; unknown ones stay unknown, and nothing outside the box changes.
 /// @return Reason of refusal: a corner that is not finite, max below min, beyond the grid, see loadPages();
 ///          else empty.
-[[nodiscard]] std::string clearBox(GuardedMap& map, const MetricBox& box_map,
-                                   const ServiceLimits& limits = {});
+[[nodiscard]] std::string clearBox(const MapInFrame& in_frame, const MetricBox& box_map);
 
 /// A copy of a map, and its stamp.
 struct MapView {
@@ -40,10 +39,9 @@ struct MapView {
 /// missing.
 ///
 /// The part on disk is only read into the copy, and stays on disk. The map is held meanwhile.
-/// @throws std::runtime_error  if parts are on disk only, and `outside` is kRefuse, or they exceed the limits,
-///         or cannot be read.
-[[nodiscard]] MapView viewWholeMap(GuardedMap& map, const std::string& frame_id,
-                                   QueriesOutside outside, const SnapshotLimits& limits);
+/// @throws std::runtime_error  if parts are on disk only, and calls about them are refused, or they exceed the limits,
+///         or cannot be read; or when the node ends.
+[[nodiscard]] MapView viewWholeMap(const MapInFrame& map, const SnapshotLimits& limits);
 
 /// The topics and services of octomap_server, under their names; see names.h.
 ///
@@ -88,8 +86,6 @@ class OctomapServerFeature : public MapFeature {
   [[nodiscard]] nav_msgs::OccupancyGrid makeProjection();
 
   std::string frame_id_;
-  ServiceLimits limits_;
-  SnapshotLimits octree_limits_;  ///< Limits of the services' octrees.
   GuardedMap& map_;
   CallbackGuard& guard_;
   mutable std::mutex stamps_mutex_;  ///< Guards the next two.

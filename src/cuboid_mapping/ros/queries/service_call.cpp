@@ -197,31 +197,30 @@ CellBox ServiceCall::requireCells(const MetricBox& box_map) {
 }
 
 void ServiceCall::requireLoaded(const CellBox& box) {
-  const std::string error = loadPages(map_.map, box, map_.limits, num_pages_);
+  const std::string error = loadPages(map_, box, num_pages_);
   if (!error.empty()) throw Refusal(error);
 }
 
-std::string loadPages(GuardedMap& map, const CellBox& box, const ServiceLimits& limits,
-                      std::size_t& num_pages) {
-  const std::size_t num_missing = map.countNotLoaded(box);
+std::string loadPages(const MapInFrame& map, const CellBox& box, std::size_t& num_pages) {
+  const std::size_t num_missing = map.map.countNotLoaded(box);
   if (num_missing == 0) return {};
   num_pages += num_missing;
   const std::string pages =
       "not loaded: " + describePages(num_pages) + ", would have to be read from the disk";
-  if (limits.outside == QueriesOutside::kRefuse) {
+  if (map.limits.outside == QueriesOutside::kRefuse) {
     return pages +
            ". Ask about a place nearer to the robot, or set the parameter window/queries to load";
   }
   constexpr double kPageBricks = 512.0;
-  if (kPageBricks * static_cast<double>(num_pages) > limits.max_bricks) {
+  if (kPageBricks * static_cast<double>(num_pages) > map.limits.max_bricks) {
     return pages + ", more than a call may load: ask for less at once";
   }
   try {
-    map.load(box);
+    map.map.load(box, map.is_stopped);
   } catch (const MapFileError& error) {
     return std::string("not loaded: ") + error.what();
   }
-  return {};
+  return map.map.countNotLoaded(box) == 0 ? "" : "not loaded: the node ends";
 }
 
 double ServiceCall::notNegative(double value, const char* name) {

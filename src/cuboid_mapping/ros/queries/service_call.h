@@ -188,8 +188,8 @@ class ServiceCall {
 /// Loads the parts of a box that are on disk only, if the limits allow it.
 /// @param num_pages  Pages of the call, to which those of the box are added.
 /// @return Reason and cure if they are not loaded; else empty.
-[[nodiscard]] std::string loadPages(GuardedMap& map, const CellBox& box,
-                                    const ServiceLimits& limits, std::size_t& num_pages);
+[[nodiscard]] std::string loadPages(const MapInFrame& map, const CellBox& box,
+                                    std::size_t& num_pages);
 
 /// The transform of a request. A quaternion with few digits is scaled to length 1; all zeros mean no rotation;
 /// others stay invalid, for other functions to refuse.
