@@ -159,7 +159,7 @@ void BagTransforms::findRuns(std::map<std::string, Moving>& frames) {
 void BagTransforms::checkRuns(const BagTopics& topics) const {
   for (const auto& [name, topic] : topics.all()) {
     if (!topic.type || torn_.empty()) continue;
-    for (const std::string& frame_id : tf_.findAncestors(topic.frame_id)) {
+    for (const std::string& frame_id : findAncestors(tf_, topic.frame_id)) {
       const auto torn = torn_.find(frame_id);
       if (torn == torn_.end()) continue;
       throw std::runtime_error(

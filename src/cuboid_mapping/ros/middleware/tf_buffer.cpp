@@ -80,15 +80,6 @@ void TfBuffer::noteTime(Times& times, double stamp_s) const {
   note_gap(stamp_s, end_s);
 }
 
-std::vector<std::string> TfBuffer::findAncestors(const std::string& frame_id) const {
-  std::vector<std::string> frame_ids{withoutSlash(frame_id)};
-  std::string parent;
-  while (frame_ids.size() < MAX_GRAPH_DEPTH && _getParent(frame_ids.back(), ros::Time(), parent)) {
-    frame_ids.push_back(parent);
-  }
-  return frame_ids;
-}
-
 std::optional<TfGap> TfBuffer::findGap(const std::string& target, const std::string& source,
                                        const ros::Time& stamp) const {
   const std::lock_guard<std::mutex> lock(mutex_);
@@ -96,8 +87,8 @@ std::optional<TfGap> TfBuffer::findGap(const std::string& target, const std::str
     return !item.second.gap_ends_s.empty();
   });
   if (!has_gaps || stamp.isZero()) return std::nullopt;
-  std::vector<std::string> frame_ids = findAncestors(source);
-  const std::vector<std::string> others = findAncestors(target);
+  std::vector<std::string> frame_ids = findAncestors(*this, source);
+  const std::vector<std::string> others = findAncestors(*this, target);
   // Frames of both play no part: the transforms above the last common one cancel out.
   for (const std::string& frame_id : others) {
     const auto same = std::find(frame_ids.begin(), frame_ids.end(), frame_id);

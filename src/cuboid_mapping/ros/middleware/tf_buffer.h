@@ -53,9 +53,6 @@ class TfBuffer : public tf2::BufferCore {
   [[nodiscard]] std::optional<TfGap> findGap(const std::string& target, const std::string& source,
                                              const ros::Time& stamp) const;
 
-  /// A frame and its ancestors, the root last.
-  [[nodiscard]] std::vector<std::string> findAncestors(const std::string& frame_id) const;
-
  private:
   /// Times of a moving frame.
   struct Times {

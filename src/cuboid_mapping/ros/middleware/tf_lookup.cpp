@@ -14,9 +14,6 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-/// Depth limit of the tree: two faulty programs could have made frames each other's parents.
-constexpr int kMaxTreeDepth = 1000;
-
 /// Frames of tf without a parent, in order of their names.
 std::vector<std::string> findRoots(const tf2::BufferCore& tf) {
   std::vector<std::string> frames;
@@ -58,14 +55,20 @@ std::string withoutSlash(const std::string& frame_id) {
   return !frame_id.empty() && frame_id.front() == '/' ? frame_id.substr(1) : frame_id;
 }
 
-std::optional<std::string> findRoot(const tf2::BufferCore& tf, const std::string& frame_id) {
-  std::string root = withoutSlash(frame_id);
-  if (!tf._frameExists(root)) return std::nullopt;
+std::vector<std::string> findAncestors(const tf2::BufferCore& tf, const std::string& frame_id) {
+  std::vector<std::string> frame_ids{withoutSlash(frame_id)};
   std::string parent;
-  for (int depth = 0; depth < kMaxTreeDepth && tf._getParent(root, ros::Time(), parent); ++depth) {
-    root = parent;
+  // Two faulty programs could have made frames each other's parents.
+  while (frame_ids.size() < tf2::BufferCore::MAX_GRAPH_DEPTH &&
+         tf._getParent(frame_ids.back(), ros::Time(), parent)) {
+    frame_ids.push_back(parent);
   }
-  return root;
+  return frame_ids;
+}
+
+std::optional<std::string> findRoot(const tf2::BufferCore& tf, const std::string& frame_id) {
+  if (!tf._frameExists(withoutSlash(frame_id))) return std::nullopt;
+  return findAncestors(tf, frame_id).back();
 }
 
 TfLookup lookupTransform(const tf2::BufferCore& buffer, const std::string& target,

@@ -13,6 +13,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace cuboid_mapping_ros {
 
@@ -54,6 +55,10 @@ struct TfLookup {
 /// of static_transform_publisher; nothing for another text.
 [[nodiscard]] std::optional<geometry_msgs::TransformStamped> parseTransform(
     const std::string& text);
+
+/// A frame and its ancestors, the root last.
+[[nodiscard]] std::vector<std::string> findAncestors(const tf2::BufferCore& tf,
+                                                     const std::string& frame_id);
 
 /// The root of a frame's tree; nothing for a frame that tf does not know.
 [[nodiscard]] std::optional<std::string> findRoot(const tf2::BufferCore& tf,
