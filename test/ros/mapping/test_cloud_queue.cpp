@@ -216,12 +216,13 @@ TEST_F(CloudQueueTest, KeepsThePosesThatWereFoundWhateverTfForgets) {
   EXPECT_EQ(takeAll(), (Ids{1}));
 }
 
-TEST_F(CloudQueueTest, SearchesAnewWhenOtherFramesAreNeeded) {
+TEST_F(CloudQueueTest, SearchesAnewAfterAChangeOfParameters) {
   put(1);
   known_frames_.clear();
   clouds_.searchAgain();
   EXPECT_TRUE(takeAll().empty());
   EXPECT_EQ(clouds_.size(), 1U);
+  EXPECT_EQ(num_times_read_, 2) << "other points may be mapped, with times in other slices";
 }
 
 TEST_F(CloudQueueTest, FullMemoryCostsTheNewestOfThoseThatWaitForTf) {

@@ -76,6 +76,7 @@ void CloudQueue::searchAgain() {
       source.num_waiting_bytes += entry.num_bytes;
     }
     source.waiting.splice(source.waiting.begin(), source.ready);
+    for (Entry& entry : source.waiting) entry.slices.reset();
   }
   has_news_ = true;
   wake_.notify_one();

@@ -61,7 +61,7 @@ class CloudQueue {
  public:
   struct Callbacks {
     std::function<PoseSearch(const SensorMessage& cloud, const Slices& slices)> find_poses;
-    /// Called once for each cloud; see SensorStep.
+    /// Called once for each cloud, and again after searchAgain(); see SensorStep.
     std::function<Slices(const SensorMessage& cloud)> find_slices = [](const SensorMessage&) {
       return Slices();
     };
@@ -86,7 +86,7 @@ class CloudQueue {
 
   /// Takes a cloud; drops it if there is no memory for it.
   void put(const SensorMessage& cloud);
-  /// Asks tf again for all clouds, for example after a change of the needed frames.
+  /// Asks again for the slices and the poses of all clouds, after a change of parameters.
   void searchAgain();
   /// Ends waitReady(), for good.
   void stop();

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/node/cloud_receiver.h"
 
-#include "cuboid_mapping/ros/mapping/sensor_step.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 
 #include <ros/console.h>
@@ -9,8 +8,8 @@
 
 #include <chrono>
 #include <cstddef>
-#include <memory>
 #include <string>
+#include <utility>
 
 namespace cuboid_mapping_ros {
 namespace {
@@ -18,15 +17,14 @@ namespace {
 /// tf keeps this more than tf_wait: a cloud that has waited so long still has its transforms.
 constexpr double kTfMargin_s = 10.0;
 
-std::vector<PoseFrames> framesOf(const NodeParameters& parameters) {
-  std::vector<PoseFrames> frames;
+}  // namespace
+
+CloudReceiver::Needs::Needs(const NodeParameters& parameters) {
   for (const SourceParameters& source : sourcesOf(parameters)) {
     frames.emplace_back(parameters, source);
+    steps.push_back(makeSteps(parameters, source));
   }
-  return frames;
 }
-
-}  // namespace
 
 CloudReceiver::CloudReceiver(const ros::NodeHandle& nh, const NodeParameters& parameters,
                              CallbackGuard& guard, CloudLedger& ledger)
@@ -35,9 +33,9 @@ CloudReceiver::CloudReceiver(const ros::NodeHandle& nh, const NodeParameters& pa
       has_clouds_(parameters.fleet.robots.empty()),
       ledger_(ledger),
       sources_(parameters, ledger),
-      frames_(framesOf(parameters)),
+      needs_(parameters),
       tf_(ros::Duration(parameters.tf_wait_s + kTfMargin_s), parameters.tf_gap_s),
-      queue_(makeCloudLimits(parameters), queueCallbacks(parameters)) {}
+      queue_(makeCloudLimits(parameters), queueCallbacks()) {}
 
 void CloudReceiver::start() {
   thread_.start();
@@ -61,24 +59,22 @@ void CloudReceiver::stop() {
 }
 
 void CloudReceiver::setParameters(const NodeParameters& parameters) {
+  Needs needs(parameters);
   {
-    const std::lock_guard<std::mutex> lock(frames_mutex_);
-    frames_ = framesOf(parameters);
+    const std::lock_guard<std::mutex> lock(needs_mutex_);
+    needs_ = std::move(needs);
   }
   queue_.searchAgain();
 }
 
-CloudQueue::Callbacks CloudReceiver::queueCallbacks(const NodeParameters& parameters) {
+CloudQueue::Callbacks CloudReceiver::queueCallbacks() {
   CloudQueue::Callbacks callbacks;
   callbacks.find_poses = [this](const SensorMessage& cloud, const Slices& slices) {
     return search(cloud.source, cloud.header(), slices);
   };
-  std::vector<std::shared_ptr<const SensorSteps>> steps;
-  for (const SourceParameters& source : sourcesOf(parameters)) {
-    steps.push_back(std::make_shared<const SensorSteps>(makeSteps(parameters, source)));
-  }
-  callbacks.find_slices = [steps](const SensorMessage& cloud) {
-    return findSlices(*steps.at(cloud.source), cloud);
+  callbacks.find_slices = [this](const SensorMessage& cloud) {
+    const std::lock_guard<std::mutex> lock(needs_mutex_);
+    return findSlices(needs_.steps.at(cloud.source), cloud);
   };
   callbacks.drop = [this](std::size_t source, DropReason reason, const std::string& text) {
     ledger_.noteDropped(source, reason, text);
@@ -96,8 +92,8 @@ std::string CloudReceiver::sourceName(std::size_t source) const {
 
 PoseSearch CloudReceiver::search(std::size_t source, const std_msgs::Header& header,
                                  const Slices& slices) const {
-  const std::lock_guard<std::mutex> lock(frames_mutex_);
-  return findPoses(tf_, frames_.at(source), header, slices);
+  const std::lock_guard<std::mutex> lock(needs_mutex_);
+  return findPoses(tf_, needs_.frames.at(source), header, slices);
 }
 
 LastCloud CloudReceiver::describeLastCloud(const CloudLedger::Figures& figures) const {

@@ -5,6 +5,8 @@
 #include "cuboid_mapping/ros/diagnostics/diagnostics.h"
 #include "cuboid_mapping/ros/mapping/cloud_queue.h"
 #include "cuboid_mapping/ros/mapping/node_sources.h"
+#include "cuboid_mapping/ros/mapping/sensor_step.h"
+#include "cuboid_mapping/ros/mapping/tf_poses.h"
 #include "cuboid_mapping/ros/middleware/callback_guard.h"
 #include "cuboid_mapping/ros/middleware/tf_buffer.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
@@ -22,7 +24,8 @@ namespace cuboid_mapping_ros {
 /// First half of a cloud's way: receives the messages of all sources, and tf, in a thread. A cloud that has its poses
 /// can be taken.
 ///
-/// Thread rule: waitReady() and takeNext() in the mapping thread, report() and addStatus() in that of the diagnostics; the rest from any.
+/// Thread rule: waitReady() and takeNext() in the mapping thread, report() and addStatus() in that of the diagnostics;
+/// the rest from any.
 class CloudReceiver {
  public:
   /// @param nh  In the node's namespace. @param guard, ledger  Must outlive this object.
@@ -44,7 +47,8 @@ class CloudReceiver {
   /// The name of a source in the log: its own, or its topic after remapping.
   [[nodiscard]] std::string sourceName(std::size_t source) const;
 
-  /// Sets parameters that were changed while the node runs. Poses of clouds that were not taken are looked up again.
+  /// Sets parameters that were changed while the node runs. Slices and poses of clouds that were not taken are
+  /// looked up again.
   void setParameters(const NodeParameters& parameters);
 
   /// Adds topics, publishers, and why clouds do not come, to the node's report.
@@ -53,7 +57,15 @@ class CloudReceiver {
   void addStatus(diagnostic_updater::Updater& diagnostics) { sources_.addDiagnostics(diagnostics); }
 
  private:
-  [[nodiscard]] CloudQueue::Callbacks queueCallbacks(const NodeParameters& parameters);
+  /// What the clouds need, by source.
+  struct Needs {
+    std::vector<PoseFrames> frames;
+    std::vector<SensorSteps> steps;  ///< For findSlices().
+
+    explicit Needs(const NodeParameters& parameters);
+  };
+
+  [[nodiscard]] CloudQueue::Callbacks queueCallbacks();
   [[nodiscard]] PoseSearch search(std::size_t source, const std_msgs::Header& header,
                                   const Slices& slices) const;
   [[nodiscard]] LastCloud describeLastCloud(const CloudLedger::Figures& figures) const;
@@ -63,8 +75,8 @@ class CloudReceiver {
   bool has_clouds_;
   CloudLedger& ledger_;
   NodeSources sources_;
-  mutable std::mutex frames_mutex_;
-  std::vector<PoseFrames> frames_;  ///< Of the sources, with the current parameters. Guarded.
+  mutable std::mutex needs_mutex_;
+  Needs needs_;  ///< With the current parameters. Guarded.
   TfBuffer tf_;
   CloudQueue queue_;
   std::optional<TfReceiver> tf_receiver_;

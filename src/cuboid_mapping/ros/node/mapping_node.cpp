@@ -48,9 +48,9 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
                               [this](const NodeParameters& changed) { reconfigure(changed); });
   receiver_.start();
   startDiagnostics();  // Reads what the receiver has made.
-  service_threads_.start();
   slow_thread_.start();
   publishing_.start(nh_, parameters.publish_rate_hz);
+  service_threads_.start();  // Calls set the rate of publishing.
   features_.start();
   mapper_.start();
 }
