@@ -2,10 +2,12 @@
 #include "cuboid_mapping/ros/octomap_server/octomap_products.h"
 
 #include "cuboid_mapping/ros/conversions/marker_colors.h"
+#include "cuboid_mapping/ros/conversions/point_bytes.h"
 #include "cuboid_mapping/ros/conversions/points.h"
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <limits>
 #include <optional>
 
@@ -46,15 +48,8 @@ std::optional<Cell> middleOf(const std::vector<VoxelBrick>& bricks) {
   std::vector<Cell> cells;
   cells.reserve(bricks.size());
   for (const VoxelBrick& brick : bricks) cells.push_back(brick.brick);
-  Cell middle;
-  for (const auto coordinate : {&Cell::x, &Cell::y, &Cell::z}) {
-    const auto half = cells.begin() + static_cast<std::ptrdiff_t>(cells.size() / 2);
-    std::nth_element(cells.begin(), half, cells.end(), [coordinate](const Cell& a, const Cell& b) {
-      return a.*coordinate < b.*coordinate;
-    });
-    middle.*coordinate = (*half).*coordinate & ~1023;
-  }
-  return middle;
+  const Cell middle = medianOf(cells);
+  return Cell{middle.x & ~1023, middle.y & ~1023, middle.z & ~1023};
 }
 
 /// Bricks relative to a cell, without those beyond an octree there.
@@ -108,6 +103,16 @@ std::vector<visualization_msgs::Marker> makeEmptyMarkers(double resolution_m,
 }
 
 }  // namespace
+
+Cell medianOf(const std::vector<Cell>& cells) {
+  Cell median;
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<std::int32_t> values;
+    for (const Cell& cell : cells) values.push_back(cell[axis]);
+    median[axis] = quantileOf(values);
+  }
+  return median;
+}
 
 octomap_msgs::Octomap toOctomapMessage(const MapSnapshot& map, OctreeKind kind,
                                        const std_msgs::Header& header, double& num_left_out) {

@@ -28,6 +28,9 @@ namespace cuboid_mapping_ros {
 /// Makes speckles unknown. @param voxels  Voxels of the map from which the bricks were copied.
 void removeSpeckles(const VoxelStore& voxels, std::vector<VoxelBrick>& bricks);
 
+/// Median of cells, axis by axis. @pre There are cells.
+[[nodiscard]] Cell medianOf(const std::vector<Cell>& cells);
+
 /// Cells that the markers and points of octomap_server show.
 enum class ShownCells : unsigned char { kOccupied, kFree };
 

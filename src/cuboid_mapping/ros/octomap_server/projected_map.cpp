@@ -25,16 +25,9 @@ CellBox boundsOf(const Cell& tile, const TileT& values) {
   return bounds;
 }
 
-/// Sorts tiles by their distance from the median tile.
+/// Sorts tiles by their distance from the median tile. @pre There are tiles.
 void sortByDistance(std::vector<Cell>& tiles) {
-  Cell middle{};
-  for (const auto coordinate : {&Cell::x, &Cell::y}) {
-    const auto half = tiles.begin() + static_cast<std::ptrdiff_t>(tiles.size() / 2);
-    std::nth_element(tiles.begin(), half, tiles.end(), [coordinate](const Cell& a, const Cell& b) {
-      return a.*coordinate < b.*coordinate;
-    });
-    middle.*coordinate = (*half).*coordinate;
-  }
+  const Cell middle = medianOf(tiles);
   const auto distance = [&middle](const Cell& tile) {
     return std::max(std::abs(std::int64_t{tile.x} - middle.x),
                     std::abs(std::int64_t{tile.y} - middle.y));
