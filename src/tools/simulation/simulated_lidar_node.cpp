@@ -20,6 +20,8 @@
 namespace cuboid_mapping_ros {
 namespace {
 
+using XmlRpc::XmlRpcValue;
+
 /// Reads private parameters, and collects errors.
 class ParameterReader {
  public:
@@ -27,37 +29,21 @@ class ParameterReader {
       : node_(node), errors_(errors) {}
 
   void read(const std::string& key, double& value) {
-    if (const auto given = find(key)) {
-      if (given->getType() == XmlRpc::XmlRpcValue::TypeInt) {
-        value = static_cast<int>(*given);
-      } else if (hasType(key, *given, XmlRpc::XmlRpcValue::TypeDouble, "a number")) {
-        value = static_cast<double>(*given);
-      }
+    const auto given = find(key);
+    if (given && given->getType() == XmlRpcValue::TypeInt) {
+      value = static_cast<int>(*given);
+    } else {
+      take(key, given, XmlRpcValue::TypeDouble, "a number", value);
     }
   }
-
   void read(const std::string& key, int& value) {
-    if (const auto given = find(key)) {
-      if (hasType(key, *given, XmlRpc::XmlRpcValue::TypeInt, "a whole number")) {
-        value = static_cast<int>(*given);
-      }
-    }
+    take(key, find(key), XmlRpcValue::TypeInt, "a whole number", value);
   }
-
   void read(const std::string& key, bool& value) {
-    if (const auto given = find(key)) {
-      if (hasType(key, *given, XmlRpc::XmlRpcValue::TypeBoolean, "true or false")) {
-        value = static_cast<bool>(*given);
-      }
-    }
+    take(key, find(key), XmlRpcValue::TypeBoolean, "true or false", value);
   }
-
   void read(const std::string& key, std::string& value) {
-    if (const auto given = find(key)) {
-      if (hasType(key, *given, XmlRpc::XmlRpcValue::TypeString, "a text")) {
-        value = static_cast<std::string>(*given);
-      }
-    }
+    take(key, find(key), XmlRpcValue::TypeString, "a text", value);
   }
 
   /// Adds an error for each private parameter that was not read.
@@ -75,20 +61,24 @@ class ParameterReader {
   }
 
  private:
-  std::optional<XmlRpc::XmlRpcValue> find(const std::string& key) {
+  std::optional<XmlRpcValue> find(const std::string& key) {
     known_.push_back(key);
-    XmlRpc::XmlRpcValue value;
+    XmlRpcValue value;
     if (!node_.getParam(key, value)) return std::nullopt;
     return value;
   }
 
-  bool hasType(const std::string& key, const XmlRpc::XmlRpcValue& value,
-               XmlRpc::XmlRpcValue::Type type, const char* description) {
-    if (value.getType() == type) return true;
-    std::ostringstream line;
-    line << key << " = " << value << ": must be " << description;
-    errors_.push_back(line.str());
-    return false;
+  template <typename T>
+  void take(const std::string& key, const std::optional<XmlRpcValue>& given, XmlRpcValue::Type type,
+            const char* description, T& value) {
+    if (!given) return;
+    if (given->getType() == type) {
+      value = static_cast<T>(*given);
+    } else {
+      std::ostringstream line;
+      line << key << " = " << *given << ": must be " << description;
+      errors_.push_back(line.str());
+    }
   }
 
   const ros::NodeHandle& node_;
