@@ -167,10 +167,6 @@ void CloudLedger::giveAdvice(bool is_behind) {
 void CloudLedger::setParameters(const NodeParameters& parameters) {
   const std::lock_guard<std::mutex> lock(mutex_);
   speed_watch_ = makeSpeedWatch(parameters);
-  const std::vector<SourceParameters> sources = sourcesOf(parameters);
-  for (std::size_t i = 0; i < rate_limits_.size(); ++i) {
-    rate_limits_[i] = RateLimit(sources.at(i).max_rate_hz);
-  }
 }
 
 CloudLedger::Figures CloudLedger::figures() const {
