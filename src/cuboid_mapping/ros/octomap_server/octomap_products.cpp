@@ -108,6 +108,7 @@ Cell medianOf(const std::vector<Cell>& cells) {
   Cell median;
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<std::int32_t> values;
+    values.reserve(cells.size());
     for (const Cell& cell : cells) values.push_back(cell[axis]);
     median[axis] = quantileOf(values);
   }
