@@ -251,12 +251,16 @@ TEST_F(MapLayers, AreGoneWithoutATraceWhenTheyAreSwitchedOff) {
 TEST_F(MapLayers, LookAtAMapFarFromTheOriginOnceItIsThere) {
   change(kAllCells, {{{{4000, 0, 0}, {4080, 60, 8}}, kOccupied}});
   rviz::Property* look = display().subProp("Look at map");
-  look->setValue(true);
-  EXPECT_TRUE(window().updateUntil([&] { return !look->getValue().toBool(); }));
   rviz::Property* view = window().manager().getViewManager()->getCurrent();
   const auto focus = [&](const char* axis) {
     return view->subProp("Focal Point")->subProp(axis)->getValue().toDouble();
   };
+  look->setValue(true);
+  EXPECT_TRUE(window().updateUntil([&] {
+    const bool has_looked = !look->getValue().toBool();
+    if (has_looked && focus("X") < 100.0) look->setValue(true);  // The display had the map before.
+    return has_looked && focus("X") > 100.0;
+  }));
   EXPECT_NEAR(focus("X"), 404.0, 1e-3);
   EXPECT_NEAR(focus("Y"), 3.0, 1e-3);
   EXPECT_NEAR(focus("Z"), 0.4, 1e-3);
