@@ -72,7 +72,7 @@ def simulate(target, num_beams=20000):
     (target / 'poses.txt').write_text('\n'.join(lines) + '\n')
 
 
-if not (folder / 'poses.txt').exists():
+if len(sys.argv) == 1:
     simulate(folder)
 
 # %% The map

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Runs the programs of doc/python.md and examples/."""
+import os
 import pathlib
 import re
 import struct
@@ -40,17 +41,16 @@ def read_png(file):
     return rows[:, 1:].reshape(height, width, 3)
 
 
-def run_example(*arguments):
+def run_example(*arguments, **environment):
     command = [sys.executable, str(ROOT / 'examples/scans_to_picture.py'), *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
+    return subprocess.run(command, env={**os.environ, **environment}, capture_output=True, text=True, check=False)
 
 
 @pytest.fixture(name='drive', scope='module')
 def make_drive(tmp_path_factory):
-    folder = tmp_path_factory.mktemp('drive')
-    end = run_example(folder)
+    end = run_example(TMPDIR=str(tmp_path_factory.mktemp('drive')))
     assert end.returncode == 0, end.stderr
-    return folder
+    return pathlib.Path(re.search(r'^(.*)/map.png: ', end.stdout, re.MULTILINE)[1])
 
 
 def test_the_example_goes_from_scans_to_a_picture(drive):
@@ -70,6 +70,10 @@ def test_the_example_reads_a_folder_and_refuses_what_it_cannot_read(drive, tmp_p
     assert end.returncode == 0, end.stderr
     np.testing.assert_array_equal(read_png(tmp_path / 'again.png'), read_png(drive / 'map.png'))
     (tmp_path / 'scans').mkdir()
+    (tmp_path / 'scans/0000.pcd').write_text('a scan whose pose is missing')
+    end = run_example(tmp_path, tmp_path / 'none.png')
+    assert end.returncode != 0 and 'poses.txt' in end.stderr
+    assert (tmp_path / 'scans/0000.pcd').read_text() == 'a scan whose pose is missing'
     (tmp_path / 'poses.txt').write_text('0 0 0 0 0 0 0 1\n')
     (tmp_path / 'scans/0000.pcd').write_text('FIELDS x y z\nDATA ascii\n')
     end = run_example(tmp_path, tmp_path / 'none.png')
