@@ -47,11 +47,11 @@ def topics_of(display):
             yield from topics_of(entry)
 
 
-def load_show_map():
-    loader = importlib.machinery.SourceFileLoader('show_map', str(ROOT / 'python/show_map'))
-    show_map = importlib.util.module_from_spec(importlib.util.spec_from_loader('show_map', loader))
-    loader.exec_module(show_map)
-    return show_map
+def load_script(name):
+    loader = importlib.machinery.SourceFileLoader(name, str(ROOT / 'python' / name))
+    script = importlib.util.module_from_spec(importlib.util.spec_from_loader(name, loader))
+    loader.exec_module(script)
+    return script
 
 
 class LaunchFilesTest(unittest.TestCase):
@@ -183,8 +183,23 @@ class LaunchFilesTest(unittest.TestCase):
         for topic in shown:
             self.assertIn(topic.lstrip('/'), topics)
 
+    def test_rviz_gets_a_configuration_whose_path_has_spaces(self):
+        for name in ('explore', 'fleet_demo', 'planner'):
+            (node,) = re.findall(r'<node if="\$\(arg rviz\)"[^>]*>', (ROOT / f'launch/{name}.launch').read_text())
+            self.assertIn("'$(arg rviz_config)'", node)
+
+    def test_a_map_whose_frame_is_not_known_is_shown_in_map(self):
+        map_view = load_script('map_view')
+        with tempfile.TemporaryDirectory() as folder, mock.patch.object(map_view, 'subprocess') as subprocesses:
+            subprocesses.run.return_value = mock.Mock(returncode=0, stdout='frame:        not known\nresolution:   0.1 m\n')
+            subprocesses.check_output.return_value = f'{ROOT}\n'
+            info = map_view.describe('map.cuboids')
+            self.assertEqual(info, {'resolution': '0.1 m'})
+            config = yaml.safe_load(pathlib.Path(map_view.configure('map.cuboids', info, folder)).read_text())
+            self.assertEqual(config['Visualization Manager']['Global Options']['Fixed Frame'], 'map')
+
     def test_rviz_is_started_again_when_it_crashes(self):
-        show_map = load_show_map()
+        show_map = load_script('show_map')
         with tempfile.TemporaryDirectory() as folder:
             rviz = pathlib.Path(folder) / 'rviz'
             for num_crashes, last, num_starts, status in ((0, 'exit 0', 1, 0), (0, 'exit 1', 1, 1), (2, 'exit 0', 3, 0),
@@ -202,7 +217,7 @@ echo "$*" >>"{starts}"
                 self.assertEqual(starts.read_text().splitlines(), num_starts * ['-d a file'])
 
     def test_what_is_shown_is_what_the_node_has(self):
-        show_map = load_show_map()
+        show_map = load_script('show_map')
         with tempfile.TemporaryDirectory() as folder, mock.patch.object(show_map, 'rospy') as rospy, \
                 mock.patch.object(show_map.rospkg, 'RosPack') as packages, mock.patch.dict(os.environ, {'CMAKE_PREFIX_PATH': folder}):
             parameters = {'cuboid_mapping/defaults/frame_id': '/odom'}
@@ -224,7 +239,7 @@ echo "$*" >>"{starts}"
             self.assertEqual(displays[show_map.DISPLAY]['Server'], 'cuboid_mapping')
 
     def test_a_sensor_that_nobody_publishes_yet_is_shown_by_its_type(self):
-        show_map = load_show_map()
+        show_map = load_script('show_map')
         for kind, classes in (('laser_scan', ['rviz/LaserScan']), ('point_cloud', ['rviz/PointCloud2']), ('depth_image', [])):
             displays = [{'Topic': 'cloud_in', 'Class': 'rviz/PointCloud2'}]
             with mock.patch.object(show_map, 'rospy') as rospy:
