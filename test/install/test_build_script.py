@@ -51,7 +51,7 @@ class BuildScript(unittest.TestCase):
         return self.run_script('build', *options)
 
     def test_scripts_explain_themselves_and_do_nothing_else(self):
-        for script in ('build', 'test', 'demo', 'docs', 'lint', 'make_demo_gif'):
+        for script in ('build', 'test', 'demo', 'docs', 'lint'):
             end = self.run_script(script, '--help')
             self.assertEqual(end.returncode, 0, end.stderr)
             self.assertIn(f'usage: scripts/{script} ', end.stdout)
