@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 """Runs the calls in doc/planner_guide.md and README.md, and the programs that follow the map."""
+import os
 import pathlib
 import re
 import subprocess
@@ -117,6 +118,10 @@ class PlannerGuideTest(unittest.TestCase):
                                   timeout=60, check=False)
             self.assertEqual(done.returncode, 1)
             self.assertIn('nobody serves /nobody/get_map: give the name of the node', done.stderr)
+            done = subprocess.run([*program, copy], env={**os.environ, 'ROS_MASTER_URI': 'http://localhost:1'},
+                                  stderr=subprocess.PIPE, universal_newlines=True, timeout=60, check=False)
+            self.assertEqual(done.returncode, 1)
+            self.assertIn('no ROS master answers at http://localhost:1', done.stderr)
 
     def paste(self):
         """Runs the calls of README and the first guides in a shell."""
