@@ -11,7 +11,7 @@ import rospy
 from geometry_msgs.msg import Point, Pose
 
 from cuboid_mapping.msg import Box
-from cuboid_mapping.srv import SetBox, SetBoxRequest
+from cuboid_mapping.srv import SetBoxRequest
 
 # Begins the ids of objects that are boxes of the map.
 PREFIX = 'cuboid_'
@@ -65,18 +65,25 @@ def _shape_of_mesh(mesh):
     return _Shape((corners.min(axis=0) + corners.max(axis=0)) / 2, np.ptp(corners, axis=0) / 2)
 
 
+def _placed(shapes, poses):
+    """Returns poses and shapes in pairs: as for MoveIt, a shape without a pose is where the object is."""
+    if len(poses) > len(shapes):
+        raise ValueError('an object with more poses than shapes')
+    return zip([*poses, *[Pose()] * (len(shapes) - len(poses))], shapes)
+
+
 def shapes_of(collision_object):
     """Returns the shapes of an object with their poses in its frame, as [(matrix, shape)]; meshes as their boxes.
 
-    Raises ValueError for planes, which have no end, and unknown primitives.
+    Raises ValueError for planes, which have no end, unknown primitives, and more poses than shapes.
     """
     if collision_object.planes:
         raise ValueError('a plane')
     base = getattr(collision_object, 'pose', None)  # Messages before Noetic have no pose of the whole.
     base = np.eye(4) if base is None else matrix_of(base)
     shapes = [(pose, _shape_of_primitive(primitive))
-              for primitive, pose in zip(collision_object.primitives, collision_object.primitive_poses)]
-    shapes += [(pose, _shape_of_mesh(mesh)) for mesh, pose in zip(collision_object.meshes, collision_object.mesh_poses)]
+              for pose, primitive in _placed(collision_object.primitives, collision_object.primitive_poses)]
+    shapes += [(pose, _shape_of_mesh(mesh)) for pose, mesh in _placed(collision_object.meshes, collision_object.mesh_poses)]
     return [(base @ matrix_of(pose), shape) for pose, shape in shapes]
 
 

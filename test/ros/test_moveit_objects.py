@@ -1,7 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 """Objects of MoveIt and the map of the running node, with the definitions of MoveIt's messages: it is not in Debian."""
+import pathlib
+import runpy
+import sys
 import unittest
+from unittest import mock
 
 import genpy.dynamic
 import numpy as np
@@ -16,6 +20,7 @@ from cuboid_mapping_client.moveit import PREFIX, MapObjects, SceneBoxes, boxes_i
 from waiting import wait_for
 
 NODE = '/cuboid_mapping'
+PROGRAM = pathlib.Path(__file__).resolve().parents[2] / 'python/moveit_objects'
 
 # moveit_msgs 0.11 (Noetic), without comments, and what it contains.
 COLLISION_OBJECT = '''
@@ -93,6 +98,18 @@ class MoveitObjectsTest(unittest.TestCase):
         self.assertAlmostEqual(boxes[:, 0].min(), 4.5)
         self.assertAlmostEqual(boxes[:, 3].max(), 5.5)
 
+    def test_shapes_without_poses_are_where_the_object_is(self):
+        """So moveit_commander adds boxes and meshes."""
+        made = make_object('box')
+        made.meshes = [Mesh(vertices=[Point(-0.5, -0.5, -0.5), Point(0.5, 0.5, 0.5)])]
+        made.pose.position.x = 5.0
+        made.primitive_poses = []
+        boxes = voxels_of(made)
+        self.assertAlmostEqual(volume(boxes), 2.0)
+        self.assertAlmostEqual(boxes[:, 0].min(), 4.5)
+        made.mesh_poses = 2 * [Pose()]
+        self.assertRaises(ValueError, shapes_of, made)
+
     def test_a_mesh_is_the_box_around_it_and_padding_enlarges(self):
         made = make_object('mesh')
         made.primitives, made.primitive_poses = [], []
@@ -100,6 +117,12 @@ class MoveitObjectsTest(unittest.TestCase):
         made.mesh_poses = [Pose(orientation=Quaternion(0, 0, 0, 1))]
         self.assertAlmostEqual(volume(voxels_of(made)), 1.0)
         self.assertAlmostEqual(volume(voxels_of(made, 0.1)), 1.2 ** 3)
+
+    def test_says_why_a_frame_has_no_place_in_the_map(self):
+        with mock.patch.object(sys, 'argv', ['moveit_objects', '--help']):  # Without moveit_msgs.
+            transforms = runpy.run_path(str(PROGRAM))['Transforms'](self.client)
+        for frame in ('', 'nowhere'):
+            self.assertIsInstance(transforms(frame), str)
 
     def test_refuses_what_has_no_end(self):
         made = make_object('plane')
