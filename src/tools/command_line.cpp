@@ -106,7 +106,9 @@ void throwIfInterrupted() {
 
 int runProgram(const std::string& name, const std::function<int()>& body) {
   try {
-    return body();
+    const int status = body();
+    if (!std::cout.flush()) throw std::runtime_error("cannot write the output: is the disk full?");
+    return status;
   } catch (const Interrupted& interrupted) {
     std::cerr << name << ": interrupted" << std::endl;
     return 128 + interrupted.signal_number;

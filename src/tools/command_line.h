@@ -26,8 +26,8 @@ void throwIfInterrupted();
 /// Runs the body of a command-line program.
 ///
 /// @param name  Prefix of messages.
-/// @return The exit status: that of the body; 1 with the message on stderr after an exception; 128
-///         plus the signal number, as in shells, after Interrupted.
+/// @return The exit status: that of the body; 1 with the message on stderr after an exception, or if stdout could not
+///         be written; 128 plus the signal number, as in shells, after Interrupted.
 [[nodiscard]] int runProgram(const std::string& name, const std::function<int()>& body);
 
 /// The main() of a program that Ctrl-C ends cleanly: catchInterrupts() and runProgram().

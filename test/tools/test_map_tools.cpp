@@ -212,6 +212,20 @@ TEST(MapTools, sayWhyTheyCannotWrite) {
   });
 }
 
+TEST(MapTools, failWhereTheirAnswerCannotBeWritten) {
+  const TemporaryFolder folder;
+  const std::string map = folder / "map.cuboids";
+  writeMapFile(map, makeSnapshot());
+  for (const std::vector<std::string>& arguments : {std::vector<std::string>{MAP_INFO_PROGRAM, map},
+                                                    {MAP_COMPARE_PROGRAM, map, map},
+                                                    {MAP_INFO_PROGRAM, "--help"}}) {
+    const ProgramEnd end =
+        runProgram(arguments, [] { dup2(open("/dev/full", O_WRONLY), STDOUT_FILENO); });
+    EXPECT_EQ(end.status, 1) << arguments[0];
+    EXPECT_TRUE(mentions(end.err, "cannot write the output")) << end.err;
+  }
+}
+
 class BagToMap : public testing::Test {
  protected:
   static void SetUpTestSuite() {
