@@ -38,7 +38,7 @@ cuboid_mapping_install_programs(map_compare map_convert map_info map_merge map_r
 # A map without ROS and without a data set.
 add_executable(simulated_map tools/simulation/simulated_map.cpp)
 cuboid_mapping_configure(simulated_map)
-target_link_libraries(simulated_map PRIVATE cuboid_mapping::io cuboid_mapping_simulation cuboid_mapping_command_line)
+target_link_libraries(simulated_map PRIVATE cuboid_mapping_map_tools cuboid_mapping_simulation cuboid_mapping_command_line)
 cuboid_mapping_install_programs(simulated_map)
 
 if(NOT CUBOID_MAPPING_NODE)
@@ -64,7 +64,7 @@ foreach(target simulated_lidar scans_to_bag)
   target_include_directories(${target} SYSTEM PRIVATE ${catkin_INCLUDE_DIRS})
 endforeach()
 target_link_libraries(simulated_lidar
-  cuboid_mapping_simulation cuboid_mapping_command_line
+  cuboid_mapping::io cuboid_mapping_simulation cuboid_mapping_command_line
   ${roscpp_LIBRARIES} ${rosbag_storage_LIBRARIES} ${tf2_ros_LIBRARIES})
 target_link_libraries(scans_to_bag
   cuboid_mapping::io cuboid_mapping_scan_messages cuboid_mapping_command_line

@@ -1,31 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "bag_output.h"
 
-#include <cerrno>
-#include <cstring>
-#include <filesystem>
+#include "cuboid_mapping/io/file_replacement.h"
+
 #include <stdexcept>
-#include <system_error>
 #include <utility>
 
 namespace cuboid_mapping_ros {
 
-namespace fs = std::filesystem;
-
-BagOutput::BagOutput(std::string file)
-    : file_(std::move(file)),
-      partial_file_(file_ + ".partial"),
-      bag_(std::make_unique<rosbag::Bag>()) {
-  if (fs::is_directory(file_))
-    throw std::runtime_error("cannot write " + file_ + ": it is a folder");
-  errno = 0;
-  try {
-    bag_->open(partial_file_, rosbag::bagmode::Write);
-  } catch (const rosbag::BagException& error) {
-    const int code = errno;
-    throw std::runtime_error("cannot write " + file_ + ": " +
-                             (code != 0 ? std::strerror(code) : error.what()));
-  }
+BagOutput::BagOutput(std::string file, const std::string& partial_file)
+    : file_(std::move(file)), bag_(std::make_unique<rosbag::Bag>()) {
+  guard([&] { bag_->open(partial_file, rosbag::bagmode::Write); });
 }
 
 BagOutput::~BagOutput() {
@@ -36,8 +21,6 @@ BagOutput::~BagOutput() {
     // The destructor of the bag would close it again, throw again, and end the program.
     [[maybe_unused]] const rosbag::Bag* const given_up = bag_.release();
   }
-  std::error_code ignored;
-  fs::remove(partial_file_, ignored);
 }
 
 void BagOutput::writeCloud(const std::string& topic, const sensor_msgs::PointCloud2& cloud,
@@ -47,12 +30,17 @@ void BagOutput::writeCloud(const std::string& topic, const sensor_msgs::PointClo
   write(topic, cloud.header.stamp + delay, cloud);
 }
 
-void BagOutput::commit() {
+void BagOutput::close() {
   guard([&] { bag_->close(); });
-  std::error_code error;
-  fs::rename(partial_file_, file_, error);
-  if (error) throw std::runtime_error("cannot write " + file_ + ": " + error.message());
   bag_.reset();
+}
+
+void writeBag(const std::string& file, const std::function<void(BagOutput&)>& write) {
+  cuboid_mapping::replaceFile(file, [&](const std::string& partial_file) {
+    BagOutput bag(file, partial_file);
+    write(bag);
+    bag.close();
+  });
 }
 
 }  // namespace cuboid_mapping_ros

@@ -5,20 +5,18 @@
 #include <sensor_msgs/PointCloud2.h>
 #include <tf2_msgs/TFMessage.h>
 
+#include <functional>
 #include <memory>
 #include <string>
 
 namespace cuboid_mapping_ros {
 
-/// A rosbag that exists when it is complete, or not at all.
-///
-/// Messages go to FILE.partial. commit() renames it to FILE; without commit() the destructor removes
-/// it. All functions throw std::runtime_error naming the file and the reason if it
-/// cannot be written.
+/// A rosbag that is being written, see writeBag(). All functions throw std::runtime_error naming the file and the
+/// reason if it cannot be written.
 class BagOutput {
  public:
-  /// Opens the partial file. An existing file stays until commit() replaces it.
-  explicit BagOutput(std::string file);
+  /// @param file  Name for messages.
+  BagOutput(std::string file, const std::string& partial_file);
   ~BagOutput();
   BagOutput(const BagOutput&) = delete;
   BagOutput& operator=(const BagOutput&) = delete;
@@ -51,8 +49,8 @@ class BagOutput {
   void writeCloud(const std::string& topic, const sensor_msgs::PointCloud2& cloud,
                   const tf2_msgs::TFMessage& transform);
 
-  /// Finishes the file and renames it.
-  void commit();
+  /// Finishes the file.
+  void close();
 
  private:
   template <typename ActionT>
@@ -65,8 +63,11 @@ class BagOutput {
   }
 
   std::string file_;
-  std::string partial_file_;
-  std::unique_ptr<rosbag::Bag> bag_;  ///< Empty after commit().
+  std::unique_ptr<rosbag::Bag> bag_;  ///< Empty after close().
 };
+
+/// Replaces a file by a rosbag, all of it or none, as replaceFile() does.
+/// @param write  Writes the messages; its exceptions are passed on.
+void writeBag(const std::string& file, const std::function<void(BagOutput&)>& write);
 
 }  // namespace cuboid_mapping_ros

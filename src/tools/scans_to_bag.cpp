@@ -51,30 +51,34 @@ void checkOptions(const Options& options) {
   }
 }
 
+/// @return Number of points.
+std::uint64_t writeClouds(const ScanDataset& dataset, std::uint64_t count, const Options& options,
+                          BagOutput& bag) {
+  std::uint64_t num_points = 0;
+  cuboid_mapping::ProgressBar progress("clouds", count);
+  for (std::uint64_t i = 0; i < count; ++i) {
+    cuboid_mapping::throwIfInterrupted();
+    const ScanDataset::Item scan = dataset.read(i);
+    const ros::Time stamp = computeStamp(kFirstStamp, i, options.rate_hz);
+    tf2_msgs::TFMessage tf;
+    tf.transforms.push_back(toTransformMessage(scan.T_map_sensor, stamp, options.names.map_frame,
+                                               options.names.sensor_frame));
+    bag.writeCloud(options.names.topic,
+                   toCloud(scan.points_sensor, makeHeader(options.names.sensor_frame, stamp)), tf);
+    num_points += scan.points_sensor.size();
+    progress.update(i + 1);
+  }
+  return num_points;
+}
+
 int convert(const Options& options) {
   checkOptions(options);
   const std::unique_ptr<ScanDataset> dataset = cuboid_mapping::openScanDataset(
       options.dataset, cuboid_mapping::parseBinRow(options.bin_row));
   const std::uint64_t count = std::min<std::uint64_t>(options.max_clouds, dataset->size());
   std::uint64_t num_points = 0;
-  BagOutput bag(options.bag);
-  {
-    cuboid_mapping::ProgressBar progress("clouds", count);
-    for (std::uint64_t i = 0; i < count; ++i) {
-      cuboid_mapping::throwIfInterrupted();
-      const ScanDataset::Item scan = dataset->read(i);
-      const ros::Time stamp = computeStamp(kFirstStamp, i, options.rate_hz);
-      tf2_msgs::TFMessage tf;
-      tf.transforms.push_back(toTransformMessage(scan.T_map_sensor, stamp, options.names.map_frame,
-                                                 options.names.sensor_frame));
-      bag.writeCloud(options.names.topic,
-                     toCloud(scan.points_sensor, makeHeader(options.names.sensor_frame, stamp)),
-                     tf);
-      num_points += scan.points_sensor.size();
-      progress.update(i + 1);
-    }
-  }
-  bag.commit();
+  writeBag(options.bag,
+           [&](BagOutput& bag) { num_points = writeClouds(*dataset, count, options, bag); });
   std::cout << options.bag << ": " << counted(count, "cloud") << ", "
             << counted(num_points, "point") << ", " << static_cast<double>(count) / options.rate_hz
             << " s" << std::endl;

@@ -63,7 +63,7 @@ class BagPoses : public ::testing::Test {
 
   static void writeBag(const std::string& name, bool drifts) {
     Random random(81);
-    BagOutput bag(name);
+    BagOutput bag(name, name);
     tf2_msgs::TFMessage mount;
     mount.transforms.push_back(toTransformMessage(
         Eigen::Isometry3d(Eigen::Translation3d(0.25, 0.0, 0.5)), stampOf(0), "base_link", "lidar"));
@@ -93,7 +93,7 @@ class BagPoses : public ::testing::Test {
       }
       bag.write("/path", stampOf(i), path);
     }
-    bag.commit();
+    bag.close();
   }
 
   ProgramEnd run(const std::string& bag, const std::vector<std::string>& options) {

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <octomap/ScanGraph.h>
 #include <sensor_msgs/point_cloud2_iterator.h>
+#include <sys/stat.h>
 #include <tf2_eigen/tf2_eigen.h>
 
 #include <cmath>
@@ -260,6 +261,20 @@ TEST_F(ScansToBag, leavesNothingBehindWhereItCannotWrite) {
   const ProgramEnd missing = convert(dataset_, output_ / "no/folder.bag");
   EXPECT_EQ(missing.status, 1);
   EXPECT_NE(missing.err.find("No such file or directory"), std::string::npos) << missing.err;
+}
+
+TEST_F(ScansToBag, replacesTheTargetOfALinkAndNoDeviceOrPipe) {
+  const std::string pipe = output_ / "pipe";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  const ProgramEnd refused = convert(dataset_, pipe);
+  EXPECT_EQ(refused.status, 1);
+  EXPECT_NE(refused.err.find("it is a device or a pipe"), std::string::npos) << refused.err;
+  EXPECT_TRUE(std::filesystem::is_fifo(pipe));
+  std::ofstream(output_ / "target.bag") << "old";
+  std::filesystem::create_symlink("target.bag", bag_);
+  EXPECT_EQ(convert(dataset_, bag_).status, 0);
+  EXPECT_TRUE(std::filesystem::is_symlink(bag_));
+  EXPECT_GT(std::filesystem::file_size(output_ / "target.bag"), 100U);
 }
 
 TEST_F(ScansToBag, leavesNothingBehindOnCtrlC) {

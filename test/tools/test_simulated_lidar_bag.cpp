@@ -174,7 +174,7 @@ TEST_F(SimulatedLidarBag, saysWhyAFileCannotBeWritten) {
   std::filesystem::create_directory(bag_);
   const ProgramEnd folder = writeBag(bag_, kSmall);
   EXPECT_EQ(folder.status, 1);
-  EXPECT_NE(folder.err.find("is a folder"), std::string::npos) << folder.err;
+  EXPECT_NE(folder.err.find("Is a directory"), std::string::npos) << folder.err;
 }
 
 TEST_F(SimulatedLidarBag, leavesNothingBehindOnCtrlC) {

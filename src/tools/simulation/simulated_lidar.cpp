@@ -51,32 +51,24 @@ void writeOthers(const SimulatedSensors& sensors, std::uint64_t cloud, BagOutput
   }
 }
 
-int writeBag(const std::string& file, const DriveConfig& config, bool has_all_sensors) {
-  checkBagConfig(config);
+void writeDrive(const DriveConfig& config, bool has_all_sensors, BagOutput& bag) {
   const SimulatedDrive drive(config);
   const SimulatedSensors others(config);
   const std::uint64_t count = computeNumClouds(config);
-  BagOutput bag(file);
   tf2_msgs::TFMessage mount;
   if (has_all_sensors) mount.transforms = others.toMountMessages(kFirstStamp);
   mount.transforms.push_back(drive.toMountMessage(kFirstStamp));
   bag.writeLatched("/tf_static", kFirstStamp, mount, std::string("/") + kName);
-  {
-    cuboid_mapping::ProgressBar progress("clouds", count);
-    for (std::uint64_t i = 0; i < count; ++i) {
-      cuboid_mapping::throwIfInterrupted();
-      const ros::Time stamp = computeStamp(kFirstStamp, i, config.cloud_rate_hz);
-      tf2_msgs::TFMessage pose;
-      pose.transforms.push_back(drive.toPoseMessage(i, stamp));
-      bag.writeCloud("/cloud", drive.toCloudMessage(i, stamp), pose);
-      if (has_all_sensors) writeOthers(others, i, bag);
-      progress.update(i + 1);
-    }
+  cuboid_mapping::ProgressBar progress("clouds", count);
+  for (std::uint64_t i = 0; i < count; ++i) {
+    cuboid_mapping::throwIfInterrupted();
+    const ros::Time stamp = computeStamp(kFirstStamp, i, config.cloud_rate_hz);
+    tf2_msgs::TFMessage pose;
+    pose.transforms.push_back(drive.toPoseMessage(i, stamp));
+    bag.writeCloud("/cloud", drive.toCloudMessage(i, stamp), pose);
+    if (has_all_sensors) writeOthers(others, i, bag);
+    progress.update(i + 1);
   }
-  bag.commit();
-  std::cout << file << ": " << cuboid_mapping::counted(count, "cloud") << ", "
-            << static_cast<double>(count) / config.cloud_rate_hz << " s" << std::endl;
-  return 0;
 }
 
 int runNode(int argc, char** argv) {
@@ -119,8 +111,13 @@ int runBag(int argc, char** argv) {
                "times the rate");
   if (const auto status = line.parse(argc, argv)) return *status;
   if (file.empty()) throw std::runtime_error(argv[1] + std::string(" requires --bag"));
+  checkBagConfig(config);
   cuboid_mapping::catchInterrupts();
-  return writeBag(file, config, has_all_sensors);
+  writeBag(file, [&](BagOutput& bag) { writeDrive(config, has_all_sensors, bag); });
+  const std::uint64_t count = computeNumClouds(config);
+  std::cout << file << ": " << cuboid_mapping::counted(count, "cloud") << ", "
+            << static_cast<double>(count) / config.cloud_rate_hz << " s" << std::endl;
+  return 0;
 }
 
 /// Whether to run as a node: without arguments, or with ROS arguments NAME:=VALUE only.
