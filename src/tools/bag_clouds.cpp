@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "bag_clouds.h"
 
-#include "cuboid_mapping/io/file_replacement.h"
+#include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/conversions/points.h"
 #include "cuboid_mapping/ros/diagnostics/diagnostics.h"
@@ -119,16 +119,6 @@ std::optional<int> parseBagOptions(cuboid_mapping::CommandLine& line, int argc, 
   if (const auto status = line.parse(argc, argv)) return status;
   if (options.output.empty()) options.output = nameOutput(options.inputs.front());
   return std::nullopt;
-}
-
-cuboid_mapping::MapFormat checkOutput(const BagOptions& options) {
-  const auto format = cuboid_mapping::formatOfName(options.output);
-  if (!format) {
-    throw std::runtime_error(options.output + ": its name must end in one of " +
-                             cuboid_mapping::knownEndings());
-  }
-  cuboid_mapping::checkReplaceable(options.output);
-  return *format;
 }
 
 BagClouds::BagClouds(std::string program, const BagOptions& options)

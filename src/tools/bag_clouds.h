@@ -6,7 +6,6 @@
 #include "bag_sources.h"
 #include "bag_transforms.h"
 #include "command_line.h"
-#include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/map/progress_listener.h"
 #include "cuboid_mapping/ros/diagnostics/cloud_ledger.h"
 #include "cuboid_mapping/ros/mapping/sensor_input.h"
@@ -40,9 +39,6 @@ struct BagOptions {
 /// folder.
 [[nodiscard]] std::optional<int> parseBagOptions(cuboid_mapping::CommandLine& line, int argc,
                                                  char** argv, BagOptions& options);
-
-/// The format of the output. @throws std::runtime_error if it cannot be written.
-[[nodiscard]] cuboid_mapping::MapFormat checkOutput(const BagOptions& options);
 
 /// The clouds of a process: numbers `first`, `first` + `step`, ..., from `begin` on, a multiple of `step`.
 struct CloudShare {

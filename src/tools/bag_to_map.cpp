@@ -136,7 +136,8 @@ void warnIfNothingIsOccupied(const cuboid_mapping::MapSnapshot& snapshot,
 }
 
 /// Writes the map in memory to a file. @return Description of its content.
-std::string makeFile(BagClouds& clouds, const std::string& output, bool frees_passed) {
+std::string makeFile(BagClouds& clouds, const std::string& output, cuboid_mapping::MapFormat format,
+                     bool frees_passed) {
   BagMap map(clouds.parameters(), frees_passed);
   putAll(clouds, map);
   const std::size_t num_freed = frees_passed ? map.freePassed() : 0;
@@ -145,7 +146,7 @@ std::string makeFile(BagClouds& clouds, const std::string& output, bool frees_pa
   warnIfNothingIsOccupied(snapshot, clouds.statistics());
   cuboid_mapping::throwIfInterrupted();
   cuboid_mapping::writeMapFile(output, snapshot);
-  std::string content = describeContent(snapshot, *cuboid_mapping::formatOfName(output));
+  std::string content = describeContent(snapshot, format);
   if (frees_passed) {
     content += ", " + counted(num_freed, "occupied voxel") + " of passed objects freed";
   }
@@ -153,8 +154,9 @@ std::string makeFile(BagClouds& clouds, const std::string& output, bool frees_pa
 }
 
 /// Writes the map to the store of the window. @return Description of its content.
-std::string makeStore(BagClouds& clouds, const std::string& output) {
-  if (cuboid_mapping::formatOfName(output) != cuboid_mapping::MapFormat::kStore) {
+std::string makeStore(BagClouds& clouds, const std::string& output,
+                      cuboid_mapping::MapFormat format) {
+  if (format != cuboid_mapping::MapFormat::kStore) {
     throw std::runtime_error(output +
                              ": with window/outside: keep its name must end in .sqlite; "
                              "map_convert makes other files of it");
@@ -175,15 +177,15 @@ std::string makeStore(BagClouds& clouds, const std::string& output) {
 /// @param frees_passed  Whether objects that passed are removed from the map at the end.
 int makeMap(const BagOptions& options, bool frees_passed) {
   const auto start = std::chrono::steady_clock::now();
-  (void)checkOutput(options);
+  const auto format = cuboid_mapping::checkOutput(options.output);
   BagClouds clouds("bag_to_map", options);
   const bool is_store = clouds.parameters().window.keeps();
   if (is_store && frees_passed) {
     throw std::runtime_error(
         "--free-passed needs the whole map in memory: it does not go with window/outside: keep");
   }
-  const std::string content =
-      is_store ? makeStore(clouds, options.output) : makeFile(clouds, options.output, frees_passed);
+  const std::string content = is_store ? makeStore(clouds, options.output, format)
+                                       : makeFile(clouds, options.output, format, frees_passed);
   const NodeStatistics& statistics = clouds.statistics();
   const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
   std::cout << std::fixed << std::setprecision(1) << options.output << ": "

@@ -2,9 +2,11 @@
 #include "map_content.h"
 
 #include "cuboid_mapping/fusion/brick_division.h"
+#include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/text.h"
 
 #include <cstdint>
+#include <stdexcept>
 #include <vector>
 
 namespace cuboid_mapping {
@@ -18,6 +20,13 @@ std::uint64_t sumOverBricks(const MapSnapshot& map, const CountT& count) {
 }
 
 }  // namespace
+
+MapFormat checkOutput(const std::string& file) {
+  const auto format = formatOfName(file);
+  if (!format) throw std::runtime_error(file + ": its name must end in one of " + knownEndings());
+  checkReplaceable(file);
+  return *format;
+}
 
 std::string describeContent(const MapSnapshot& map, MapFormat format) {
   switch (format) {

@@ -2,7 +2,6 @@
 // Merges one finished map into another.
 #include "cuboid_mapping/map/map_merge.h"
 #include "command_line.h"
-#include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/map_files.h"
 #include "map_content.h"
 #include "progress_bar.h"
@@ -56,18 +55,14 @@ MapSnapshot readSecond(const Options& options, const MapSnapshot& first) {
 }
 
 int merge(const Options& options) {
-  const auto format = formatOfName(options.output);
-  if (!format) {
-    throw std::runtime_error(options.output + ": its name must end in one of " + knownEndings());
-  }
-  checkReplaceable(options.output);
+  const MapFormat format = checkOutput(options.output);
   MapSnapshot map = readMapFile(options.first).snapshot;
   throwIfInterrupted();
   const MergeRule rule = *mergeRuleOfName(options.rule);
   const MapOverlap overlap = mergeMaps(map, readSecond(options, map), rule);
   throwIfInterrupted();
   const std::size_t num_bytes = writeMapFile(options.output, map, showProgress("bricks written"));
-  std::cout << options.output << ": " << describeContent(map, *format) << ", " << num_bytes
+  std::cout << options.output << ": " << describeContent(map, format) << ", " << num_bytes
             << " bytes; " << describe(overlap, rule) << std::endl;
   return 0;
 }

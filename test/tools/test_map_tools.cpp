@@ -226,6 +226,14 @@ TEST(MapTools, failWhereTheirAnswerCannotBeWritten) {
   }
 }
 
+TEST(MapTools, checkTheNameOfTheOutputFirst) {
+  const auto start = std::chrono::steady_clock::now();
+  const ProgramEnd end = runProgram({SIMULATED_MAP_PROGRAM, "map.txt", "--duration", "3600"});
+  EXPECT_EQ(end.status, 1);
+  EXPECT_TRUE(mentions(end.err, "map.txt: its name must end in one of .cuboids")) << end.err;
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(20));
+}
+
 class BagToMap : public testing::Test {
  protected:
   static void SetUpTestSuite() {

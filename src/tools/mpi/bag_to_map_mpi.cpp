@@ -5,6 +5,7 @@
 #include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/clouds/forgetting.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
+#include "map_content.h"
 #include "mpi/brick_owner.h"
 #include "mpi/mpi_checkpoint.h"
 #include "mpi/mpi_output.h"
@@ -92,7 +93,7 @@ std::unique_ptr<BagClouds> openClouds(const MpiRanks& ranks, const BagOptions& o
   std::string error;
   if (ranks.rank() == 0) {
     try {
-      (void)checkOutput(options);
+      (void)cuboid_mapping::checkOutput(options.output);
       clouds = std::make_unique<BagClouds>(kProgram, options);
       if (Forgetting(clouds->parameters()).isOn()) {
         throw std::runtime_error(

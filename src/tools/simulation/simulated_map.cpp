@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Maps the clouds of a simulated lidar on its drive through a building: a first map without ROS.
 #include "command_line.h"
-#include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/map/map_snapshot.h"
 #include "cuboid_mapping/map/mapper.h"
+#include "map_content.h"
 #include "progress_bar.h"
 #include "simulation/lidar.h"
 #include "simulation/world.h"
@@ -41,7 +41,7 @@ Scan simulateScan(const World& world, const Lidar& lidar, std::uint64_t number) 
 }
 
 int map(const Options& options) {
-  checkReplaceable(options.file);
+  (void)checkOutput(options.file);
   MapperConfig config;
   config.map.resolution_m = options.resolution_m;
   Mapper mapper(config);
