@@ -55,8 +55,14 @@ std::string describeRun(const BagOptions& options) {
   }
   for (const std::string& topic : options.topics) run += "topic " + topic + '\n';
   for (const std::string& setting : options.settings) run += "set " + setting + '\n';
-  if (!options.parameter_file.empty()) {
-    run += cuboid_mapping::readFile(options.parameter_file);
+  for (const std::string& text : options.transforms) run += "transform " + text + '\n';
+  for (const std::string& text : {options.tf, options.poses, options.poses_of, options.bin_row}) {
+    run += "option " + text + '\n';
+  }
+  for (const std::string& file : {options.poses, options.parameter_file}) {
+    std::error_code error;  // Poses may be a topic.
+    const bool is_file = std::filesystem::is_regular_file(file, error);
+    if (is_file) run += cuboid_mapping::readFile(file);
   }
   return run;
 }
