@@ -101,8 +101,10 @@ bool isBoxOutput(const std::string& file, const BoxOptions& options) {
   if (options.are_joined && options.max_boxes > 0) {
     throw std::runtime_error("give --joined or --boxes, not both");
   }
-  if (!options.keep_free.empty() && options.max_boxes == 0) {
-    throw std::runtime_error("--keep-free goes with --boxes");
+  const bool has_keeping =
+      !options.keep_free.empty() || options.keep_passages_m != BoxOptions().keep_passages_m;
+  if (has_keeping && options.max_boxes == 0) {
+    throw std::runtime_error("--keep-free and --keep-passages go with --boxes");
   }
   return is_scene || options.are_joined || options.max_boxes > 0;
 }

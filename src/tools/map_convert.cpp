@@ -128,12 +128,16 @@ int convertToBoxes(const Options& options) {
   throwIfInterrupted();
   if (!options.frame_id.empty()) map.frame_id = options.frame_id;
   const auto part = partOf(options, map.resolution_m);
-  std::cout << options.output << ": " << writeBoxes(options.output, map, part, options.boxes)
-            << std::endl;
+  const std::string content = writeBoxes(options.output, map, part, options.boxes);
+  std::cout << options.output << ": " << content << std::endl;
   return 0;
 }
 
 int convert(const Options& options) {
+  if (options.resolution_m > 0.0 && !isPointCloudFile(options.input)) {
+    throw std::runtime_error("--resolution is for .pcd: the voxels of " + options.input +
+                             " keep their size");
+  }
   const auto format = formatOfName(options.output);
   const bool are_boxes = isBoxOutput(options.output, options.boxes);
   if (!format && !are_boxes) {

@@ -267,7 +267,8 @@ TEST_F(ConvertedBoxes, sayWhatIsWrong) {
       {{"x.scene", "--joined"}, "always joined"},
       {{"x.ot", "--joined"}, "--joined is for .csv"},
       {{"x.csv", "--joined", "--boxes", "5"}, "not both"},
-      {{"x.csv", "--keep-free", "0 0 0 1 1 1"}, "goes with --boxes"},
+      {{"x.csv", "--keep-free", "0 0 0 1 1 1"}, "go with --boxes"},
+      {{"x.csv", "--keep-passages", "1"}, "go with --boxes"},
       {{"x.csv", "--boxes", "5", "--keep-free", "0 0 0 1 1"}, "six finite numbers"},
       {{"x.csv", "--boxes", "5", "--keep-free", "0 0 0 1 1 nan"}, "six finite numbers"},
       {{"x.csv", "--boxes", "5", "--keep-free", "0 0 0 1 1 1 1"}, "six finite numbers"},
@@ -277,6 +278,7 @@ TEST_F(ConvertedBoxes, sayWhatIsWrong) {
   for (const auto& [arguments, text] : cases) {
     const test::ProgramEnd end = convert(arguments[0], {arguments.begin() + 1, arguments.end()});
     EXPECT_EQ(end.status, 1) << text;
+    EXPECT_EQ(end.out, "") << text;
     EXPECT_TRUE(mentions(end.err, text)) << end.err;
     EXPECT_FALSE(std::filesystem::exists(folder_ / arguments[0]));
   }

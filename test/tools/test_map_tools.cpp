@@ -226,6 +226,17 @@ TEST(MapTools, failWhereTheirAnswerCannotBeWritten) {
   }
 }
 
+TEST(MapTools, refuseAResolutionThatWouldDoNothing) {
+  const TemporaryFolder folder;
+  const std::string map = folder / "map.cuboids";
+  writeMapFile(map, makeSnapshot());
+  const std::string out = folder / "out.cuboids";
+  const ProgramEnd size = runProgram({MAP_CONVERT_PROGRAM, map, out, "--resolution", "0.2"});
+  EXPECT_EQ(size.status, 1);
+  EXPECT_TRUE(mentions(size.err, "--resolution is for .pcd")) << size.err;
+  EXPECT_EQ(folder.list().size(), 1U);
+}
+
 TEST(MapTools, checkTheNameOfTheOutputFirst) {
   const auto start = std::chrono::steady_clock::now();
   const ProgramEnd end = runProgram({SIMULATED_MAP_PROGRAM, "map.txt", "--duration", "3600"});
