@@ -93,7 +93,8 @@ std::vector<std::string> checkWanted(const BagTopics& topics, const NodeParamete
                                toString(parameters.source.type) + ": set type to " +
                                toString(*topic->type) + ", or leave it out");
     }
-    names.push_back(withSlash(name));
+    const bool is_new = std::find(names.begin(), names.end(), withSlash(name)) == names.end();
+    if (is_new) names.push_back(withSlash(name));
   }
   return names;
 }

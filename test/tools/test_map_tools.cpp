@@ -308,6 +308,11 @@ TEST_F(BagToMap, takesTheParametersOfTheNode) {
   }
 }
 
+TEST_F(BagToMap, readsATopicOnceThatIsGivenTwice) {
+  const ProgramEnd end = convert(*folder / "twice.cuboids", {"--topic", "/cloud", "cloud"});
+  EXPECT_TRUE(mentions(end.out, "20 of 20 clouds")) << end.out;
+}
+
 TEST_F(BagToMap, makesAStoreThatIsTheMapWithoutAWindow) {
   const std::vector<std::string> near{"--set", "resolution=0.02", "--set",
                                       "sensor_model/max_range=1.0"};
