@@ -7,10 +7,12 @@
 #include <rosbag/view.h>
 #include <std_msgs/Header.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
-#include <filesystem>
+#include <cstring>
 #include <stdexcept>
 
 namespace cuboid_mapping_ros {
@@ -34,6 +36,7 @@ void allowOpenFiles(std::size_t num_bags) {
 
 std::unique_ptr<rosbag::Bag> openBag(const std::string& file) {
   const std::string subject = "cannot read " + file + " as a rosbag: ";
+  if (access(file.c_str(), R_OK) != 0) throw std::runtime_error(subject + std::strerror(errno));
   try {
     return std::make_unique<rosbag::Bag>(file);
   } catch (const rosbag::BagUnindexedException&) {
@@ -42,10 +45,8 @@ std::unique_ptr<rosbag::Bag> openBag(const std::string& file) {
                              "with: rosbag reindex " +
                              file);
   } catch (const rosbag::BagException& error) {
-    const std::string advice = std::filesystem::exists(file)
-                                   ? ". If it is a damaged bag, try: rosbag reindex " + file
-                                   : "";
-    throw std::runtime_error(subject + error.what() + advice);
+    throw std::runtime_error(subject + error.what() +
+                             ". If it is a damaged bag, try: rosbag reindex " + file);
   } catch (const std::exception& error) {
     throw std::runtime_error(subject + error.what());
   }

@@ -63,10 +63,10 @@ XmlRpcValue loadYamlParameters(const std::string& file, const std::vector<std::s
       subject = "--set " + setting;
       set(setting, parameters);
     }
-  } catch (const YAML::Exception& error) {
-    throw std::runtime_error("cannot read " + subject + ": " + error.what());
   } catch (const XmlRpc::XmlRpcException& error) {
     throw std::runtime_error("cannot read " + subject + ": " + error.getMessage());
+  } catch (const std::exception& error) {
+    throw std::runtime_error("cannot read " + subject + ": " + error.what());
   }
   return parameters;
 }

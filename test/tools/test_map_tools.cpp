@@ -53,8 +53,11 @@ TEST(MapTools, convertAndCompare) {
     EXPECT_TRUE(mentions(end.out, "the maps agree")) << end.out;
   }
   EXPECT_EQ(runProgram({MAP_CONVERT_PROGRAM, first, folder / "map.txt"}).status, 1);
-  EXPECT_TRUE(
-      mentions(runProgram({MAP_CONVERT_PROGRAM, folder / "map.txt", first}).err, "No such file"));
+  for (const std::string name : {"none.txt", "none.sqlite"}) {
+    const std::string missing = folder / name;
+    EXPECT_TRUE(mentions(runProgram({MAP_CONVERT_PROGRAM, missing, first}).err,
+                         "cannot read " + missing + ": No such file"));
+  }
 }
 
 TEST(MapTools, sayWhatTheyHaveWritten) {
@@ -311,6 +314,14 @@ TEST_F(BagToMap, takesTheParametersOfTheNode) {
 TEST_F(BagToMap, readsATopicOnceThatIsGivenTwice) {
   const ProgramEnd end = convert(*folder / "twice.cuboids", {"--topic", "/cloud", "cloud"});
   EXPECT_TRUE(mentions(end.out, "20 of 20 clouds")) << end.out;
+}
+
+TEST_F(BagToMap, namesTheFileThatItCannotRead) {
+  const std::string none = *folder / "none.bag";
+  EXPECT_TRUE(mentions(runProgram({BAG_TO_MAP_PROGRAM, none}).err,
+                       none + " as a rosbag: No such file or directory"));
+  const std::string folder_error = convert(*folder / "x.bt", {"--params", *folder / "."}).err;
+  EXPECT_TRUE(mentions(folder_error, "cannot read " + (*folder / ".") + ": ")) << folder_error;
 }
 
 TEST_F(BagToMap, makesAStoreThatIsTheMapWithoutAWindow) {
