@@ -48,6 +48,11 @@ class Numbers : public py::array_t<T, py::array::c_style | py::array::forcecast>
 using Doubles = Numbers<double>;
 using Floats = Numbers<float>;
 
+/// Name of a file: str, bytes or os.PathLike, as open() of Python takes it.
+struct FileName {
+  std::string text;
+};
+
 /// @param name  Name of the argument. @throws Error  unless the array is (n, 3), or empty.
 [[nodiscard]] std::vector<Eigen::Vector3d> toPoints(const Doubles& array, const char* name);
 [[nodiscard]] std::vector<Eigen::Vector3f> toPoints(const Floats& array, const char* name);
@@ -134,6 +139,18 @@ struct NumbersCaster {
   }
   static handle cast(const NumbersT& source, return_value_policy /*policy*/, handle /*parent*/) {
     return source.inc_ref();
+  }
+};
+
+template <>
+struct type_caster<cuboid_map_python::FileName> {
+  PYBIND11_TYPE_CASTER(cuboid_map_python::FileName, make_caster<std::string>::name);
+
+  bool load(handle source, bool /*convert*/) {
+    PyObject* converted = nullptr;
+    if (PyUnicode_FSConverter(source.ptr(), &converted) == 0) throw error_already_set();
+    value.text = reinterpret_steal<bytes>(converted);
+    return true;
   }
 };
 

@@ -3,6 +3,7 @@
 #include "arrays.h"
 #include "cuboid_mapping/boxes/joined_cuboids.h"
 #include "cuboid_mapping/io/map_files.h"
+#include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/map/cuboid_search.h"
 #include "cuboid_mapping/query/box_query.h"
 #include "cuboid_mapping/query/cuboid_query.h"
@@ -104,8 +105,8 @@ py::object findCuboids(MapAccess& access, const py::object& box, const std::stri
 py::array_t<std::uint8_t> makeDense(MapAccess& access, const Doubles& array) {
   const CellBox box = toCellBox(access.grid(), array, "box");
   if (box.numVoxels() > kMaxDenseVoxels) {
-    throw Error("box has " + std::to_string(box.numVoxels()) + " voxels, but at most " +
-                std::to_string(kMaxDenseVoxels) + " go into one array");
+    throw Error("box has " + toText(box.numVoxels()) + " voxels, but at most " +
+                toText(kMaxDenseVoxels) + " go into one array");
   }
   const Cell size = box.size();
   std::vector<std::uint8_t> classes(static_cast<std::size_t>(box.numVoxels()));
@@ -125,7 +126,8 @@ py::array_t<std::uint8_t> makeDense(MapAccess& access, const Doubles& array) {
   return toArray(std::move(classes), {size.x, size.y, size.z});
 }
 
-std::size_t save(MapAccess& access, const std::string& file) {
+std::size_t save(MapAccess& access, const FileName& name) {
+  const std::string& file = name.text;
   if (!formatOfName(file)) {
     throw Error(file + ": the name must end in one of " + knownEndings());
   }

@@ -4,6 +4,7 @@
 #include "config.h"
 #include "cuboid_mapping/geometry/float_anchor.h"
 #include "cuboid_mapping/io/map_files.h"
+#include "cuboid_mapping/io/text.h"
 #include "map_access.h"
 
 #include <memory>
@@ -137,7 +138,7 @@ py::object integrate(MapperAccess& access, const py::object& points, const py::o
                     counts.num_too_far);
 }
 
-std::unique_ptr<MapperAccess> load(const std::string& file, const py::kwargs& arguments) {
+std::unique_ptr<MapperAccess> load(const FileName& file, const py::kwargs& arguments) {
   if (arguments.contains("resolution")) {
     throw Error("the resolution of a map that is loaded is that of the file");
   }
@@ -145,7 +146,7 @@ std::unique_ptr<MapperAccess> load(const std::string& file, const py::kwargs& ar
   MapFile loaded;
   {
     const py::gil_scoped_release release;
-    loaded = readMapFile(file, config.map.sensor_model);
+    loaded = readMapFile(file.text, config.map.sensor_model);
   }
   config.map.resolution_m = loaded.snapshot.resolution_m;
   config.map.sensor_model = loaded.snapshot.sensor_model;
@@ -163,7 +164,7 @@ void setBoxes(MapperAccess& access, const Doubles& array, const py::object& valu
   double num_voxels = 0.0;
   for (const CellBox& box : boxes) num_voxels += box.numVoxels();
   if (occupancy != Occupancy::kUnknown && num_voxels > kMaxSetVoxels) {
-    throw Error("boxes have " + std::to_string(num_voxels) +
+    throw Error("boxes have " + toText(num_voxels) +
                 " voxels: at most 1e9 can be made free or occupied at once");
   }
   access.edit([&](CuboidMap& map) {

@@ -10,12 +10,13 @@ namespace {
 
 using py::literals::operator""_a;
 
-std::size_t convert(const std::string& source, const std::string& target) {
-  if (!cuboid_mapping::formatOfName(target)) {
-    throw Error(target + ": the name must end in one of " + cuboid_mapping::knownEndings());
+std::size_t convert(const FileName& source, const FileName& target) {
+  if (!cuboid_mapping::formatOfName(target.text)) {
+    throw Error(target.text + ": the name must end in one of " + cuboid_mapping::knownEndings());
   }
   const py::gil_scoped_release release;
-  return cuboid_mapping::writeMapFile(target, cuboid_mapping::readMapFile(source).snapshot);
+  return cuboid_mapping::writeMapFile(target.text,
+                                      cuboid_mapping::readMapFile(source.text).snapshot);
 }
 
 py::array_t<float> findNoReturnBeams(const Floats& cloud) {

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """cuboid_map: files of maps."""
+import os
+
 import cuboid_map
 import numpy as np
 import pytest
@@ -72,3 +74,18 @@ def test_what_cannot_be_read_or_written_is_said(mapper, tmp_path):
     for call in (lambda: mapper.save(str(tmp_path / 'map.xyz')), lambda: cuboid_map.convert(missing, 'map.xyz')):
         with pytest.raises(ValueError, match=r'must end in one of \.cuboids, \.sqlite, \.ot, \.bt'):
             call()
+
+
+def test_names_of_files_are_those_that_open_takes(mapper, tmp_path):
+    path = tmp_path / 'map.cuboids'
+    size = mapper.save(path)
+    assert cuboid_map.Mapper.load(path).num_cuboids == mapper.num_cuboids
+    assert cuboid_map.convert(path, tmp_path / 'map.bt') == (tmp_path / 'map.bt').stat().st_size
+    not_utf8 = os.fsdecode(bytes(tmp_path) + b'/\xff.cuboids')
+    assert mapper.save(not_utf8) == size == os.stat(not_utf8).st_size
+    (tmp_path / 'other').write_text('another file')
+    with pytest.raises(ValueError, match='null'):
+        mapper.save(str(tmp_path / 'other') + '\0.cuboids')
+    assert (tmp_path / 'other').read_text() == 'another file'
+    with pytest.raises(TypeError, match='not int'):
+        mapper.save(3)

@@ -27,8 +27,8 @@ FrontierTask readTask(ServiceCall& call, const GetFrontiers::Request& request) {
   task.view_range_m = ServiceCall::notNegative(request.view_range, "view_range");
   const double max_view_m = FrontierTask::kMaxViewRange * call.resolution();
   if (task.view_range_m > max_view_m) {
-    throw Refusal("view_range is " + std::to_string(task.view_range_m) + " m: use at most " +
-                  std::to_string(max_view_m) + " m (500 voxels)");
+    throw Refusal("view_range is " + cuboid_mapping::toText(task.view_range_m) +
+                  " m: use at most " + cuboid_mapping::toText(max_view_m) + " m (500 voxels)");
   }
   if (request.everything == 0) task.region = call.box(request.region, 0.0, {"region"});
   call.requireLoaded(task.region);
