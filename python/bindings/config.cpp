@@ -39,8 +39,9 @@ class ConfigReader {
   void boolean(const char* key, bool& field) {
     const auto value = take(key);
     if (!value) return;
-    if (!py::isinstance<py::bool_>(value)) return refuse(key, value, "True or False");
-    field = value.cast<bool>();
+    py::detail::make_caster<bool> caster;  // Takes numpy's truth values, too.
+    if (!caster.load(value, false)) return refuse(key, value, "True or False");
+    field = py::detail::cast_op<bool>(caster);
   }
 
   void integer(const char* key, int& field) {
@@ -139,7 +140,8 @@ void readMap(ConfigReader& reader, cuboid_mapping::MapConfig& map) {
   reader.integer("min_branches", map.rtree.min_branches);
   reader.integer("threads", map.threads);
   if (map.threads == 0) {
-    map.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+    map.threads = std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1,
+                             cuboid_mapping::MapConfig::kMaxThreads);
   }
 }
 

@@ -171,6 +171,12 @@ def test_everything_that_is_wrong_with_a_configuration_is_said_at_once():
         cuboid_map.Mapper(max_branches=4, min_branches=3)
 
 
+def test_truth_values_of_numpy_are_truth_values():
+    cuboid_map.Mapper(keep_surfaces=np.bool_(True))
+    with pytest.raises(ValueError, match='keep_surfaces is 1, but must be True or False'):
+        cuboid_map.Mapper(keep_surfaces=1)
+
+
 @pytest.mark.parametrize('config', [
     dict(fusion='none'), dict(fusion='growth', growth_settle_clouds=2),
     dict(threads=2), dict(threads=0), dict(max_branches=4, min_branches=2)])
