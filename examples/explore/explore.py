@@ -153,4 +153,7 @@ if __name__ == '__main__':
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.parse_args(rospy.myargv()[1:])
     rospy.init_node('explore')
-    Explorer().explore()
+    try:
+        Explorer().explore()
+    except rospy.ROSInterruptException:
+        pass  # Ctrl-C.
