@@ -5,6 +5,7 @@
 #include "cuboid_mapping/MoveMap.h"
 #include "cuboid_mapping/SetBox.h"
 #include "ros/driven_node.h"
+#include "ros/log_probe.h"
 
 #include <nav_msgs/Path.h>
 
@@ -295,6 +296,19 @@ TEST_P(NodeCorrections, ComeFromATopicWhileCloudsGoOn) {
   paths_.publish(pathOf(0, kNumClouds + kNumLater));
   EXPECT_TRUE(waitFor([&] { return saveMap() == expected; }));
   EXPECT_EQ(figure("clouds dropped"), 0);
+}
+
+TEST_P(NodeCorrections, AreNotAskedForByAnEmptyPath) {
+  if (GetParam()) GTEST_SKIP() << "the same for the nodelet";
+  LogProbe log;
+  startKeeping();
+  driveAll(truth);
+  ASSERT_TRUE(waitFor([this] { return paths_.getNumSubscribers() > 0; }));
+  paths_.publish(nav_msgs::Path());
+  nav_msgs::Path foreign = pathOf(0, kNumClouds);
+  foreign.header.frame_id = "camera_init";
+  paths_.publish(foreign);
+  EXPECT_TRUE(log.waitForLine("poses not corrected: the path is in frame 'camera_init'"));
 }
 
 TEST_P(NodeCorrections, AreRefusedWithAReason) {

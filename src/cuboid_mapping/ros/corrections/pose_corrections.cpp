@@ -67,6 +67,7 @@ void PoseCorrections::answer(const CorrectPoses::Request& request,
 }
 
 void PoseCorrections::onPath(const nav_msgs::Path& path) {
+  if (path.poses.empty()) return;  // SLAM that has just started has no poses yet.
   CorrectPoses::Response unused;
   correct(path, {OutsidePoses::kFollow, tolerance_m_}, tolerance_m_, unused);
 }
