@@ -42,6 +42,12 @@ std_msgs::Header makeMapHeader() {
   return header;
 }
 
+/// The markers that changes of a map have changed.
+MarkerArray update(MarkerCache& cache, const CuboidMap& map, const std_msgs::Header& header) {
+  cache.read(map, cuboid_mapping::Budget::unlimited());
+  return cache.takeDifference(header);
+}
+
 std::vector<MarkerStyle> allStyles() {
   return {{CuboidFilter::kOccupied, {-1.0, 2.0}}, {CuboidFilter::kFree}};
 }
@@ -92,11 +98,11 @@ TEST(MarkerCache, OtherColoursCountForMarkersThatAreThereAlready) {
   MarkerStyle style;
   MarkerCache cache(drive.map().grid(), style);
   MarkerViewer viewer;
-  viewer.apply(cache.update(drive.map(), makeMapHeader()));
+  viewer.apply(update(cache, drive.map(), makeMapHeader()));
   EXPECT_FALSE(cache.hasChanges());
   const auto expect_shown = [&] {
     EXPECT_TRUE(cache.hasChanges());
-    viewer.apply(cache.update(drive.map(), makeMapHeader()));
+    viewer.apply(update(cache, drive.map(), makeMapHeader()));
     const auto expected = expectedCubes(drive.map(), drive.map().grid(), style);
     EXPECT_GT(expected.size(), 10U);
     EXPECT_EQ(viewer.cubes(), expected) << seedNote(0);
@@ -123,7 +129,7 @@ TEST(MarkerCache, DifferencesAddUpToTheWholeMap) {
       for (int step = 0; step < 120; ++step) {
         cache.noteChanges(drive.step());
         if (random.chance(0.4)) continue;  // changes of several clouds add up
-        viewer.apply(cache.update(drive.map(), makeMapHeader()));
+        viewer.apply(update(cache, drive.map(), makeMapHeader()));
         const auto expected = expectedCubes(drive.map(), drive.map().grid(), style);
         ASSERT_EQ(viewer.cubes(), expected) << "step " << step;
         ++num_compared;
@@ -144,12 +150,12 @@ TEST(MarkerCache, FarAwayPosesCarryWhatFloatsCannot) {
   config.resolution_m = 0.5;
   CuboidMap map(config);
   MarkerCache cache(map.grid(), MarkerStyle());
-  EXPECT_TRUE(cache.update(map, makeMapHeader())
+  EXPECT_TRUE(update(cache, map, makeMapHeader())
                   .markers.empty());  // For a listener before the first cloud.
   const Cell far{1000001, 10000003, 5};
   cache.noteChanges(
       map.replace(CellBox::ofCell(far), std::vector<UniformBox>{{CellBox::ofCell(far), 1.0F}}));
-  const MarkerArray array = cache.update(map, makeMapHeader());
+  const MarkerArray array = update(cache, map, makeMapHeader());
   ASSERT_EQ(array.markers.size(), 1U);
   const Marker& marker = array.markers[0];
   EXPECT_LT(std::abs(marker.points.at(0).y), 1024.0);
@@ -164,7 +170,7 @@ TEST(MarkerCache, PictureShowsALateListenerWhatTheOthersHave) {
   MarkerViewer viewer;
   std::size_t num_compared = 0;
   for (int step = 0; step < 60; ++step) {
-    viewer.apply(cache.update(drive.map(), makeMapHeader()));
+    viewer.apply(update(cache, drive.map(), makeMapHeader()));
     // It is not published yet: in neither picture.
     cache.noteChanges(drive.step());
     MarkerViewer late;
@@ -200,7 +206,7 @@ TEST(MarkerCache, OthersChangeTheMapBetweenTwoPages) {
     num_changes += meanwhile.size();
     for (const ChangeSet& changes : meanwhile) cache.noteChanges(changes);
     meanwhile.clear();
-    viewer.apply(cache.update(drive.map(), makeMapHeader()));
+    viewer.apply(update(cache, drive.map(), makeMapHeader()));
     ASSERT_EQ(viewer.cubes(), expectedCubes(drive.map(), drive.map().grid(), MarkerStyle()))
         << "step " << step;
   }
@@ -213,13 +219,13 @@ TEST(MarkerCache, LearnsTheMapAnewAfterARelease) {
   MarkerCache cache(drive.map().grid(), MarkerStyle());
   for (int step = 0; step < 20; ++step) {
     for (int i = 0; i < 3; ++i) cache.noteChanges(drive.step());
-    (void)cache.update(drive.map(), makeMapHeader());
+    (void)update(cache, drive.map(), makeMapHeader());
     cache.release();
     EXPECT_EQ(cache.makePicture(makeMapHeader()).markers.size(), 1U) << "only DELETEALL";
     cache.noteChanges(drive.step());
     EXPECT_TRUE(cache.hasChanges());
     MarkerViewer viewer;
-    viewer.apply(cache.update(drive.map(), makeMapHeader()));
+    viewer.apply(update(cache, drive.map(), makeMapHeader()));
     ASSERT_EQ(viewer.cubes(), expectedCubes(drive.map(), drive.map().grid(), MarkerStyle()));
   }
 }
@@ -281,7 +287,7 @@ TEST(MarkerCache, CutsLongCuboidsAndKeepsThoseThatCrossChunks) {
   std::size_t num_crossing = 0;
   for (int step = 0; step < 100; ++step) {
     cache.noteChanges(walls.step());
-    viewer.apply(cache.update(walls.map(), makeMapHeader()));
+    viewer.apply(update(cache, walls.map(), makeMapHeader()));
     ASSERT_EQ(viewer.cubes(), expectedCubes(walls.map(), grid, MarkerStyle())) << "step " << step;
     visitAll(walls.map(), CuboidFilter::kOccupied, [&](const Cuboid& cuboid) {
       num_crossing += (cuboid.box.min.x & ~63) != ((cuboid.box.max.x - 1) & ~63) ? 1 : 0;
@@ -302,7 +308,7 @@ TEST(MarkerCache, ShowsEveryVoxelOfItsClassOnce) {
     MarkerViewer viewer;
     for (int step = 0; step < 40; ++step) {
       cache.noteChanges(drive.step());
-      viewer.apply(cache.update(drive.map(), makeMapHeader()));
+      viewer.apply(update(cache, drive.map(), makeMapHeader()));
       const bool is_free = style.filter == CuboidFilter::kFree;
       const auto& voxels = drive.map().voxels();
       double volume_m3 = 0.0;
@@ -325,7 +331,7 @@ TEST(MarkerCache, SendsOnlySizesThatHaveChanged) {
   (void)insert({{{0, 0, 0}, {1, 1, 1}}, 1.0F}, map);
   (void)insert({{{8, 0, 0}, {10, 3, 4}}, 1.0F}, map);
   MarkerCache cache(grid, MarkerStyle());
-  EXPECT_EQ(cache.update(map, makeMapHeader()).markers.size(), 2U);
+  EXPECT_EQ(update(cache, map, makeMapHeader()).markers.size(), 2U);
   EXPECT_FALSE(cache.hasChanges());
 
   // The whole chunk is read again, but only one list comes out different.
@@ -333,7 +339,7 @@ TEST(MarkerCache, SendsOnlySizesThatHaveChanged) {
   changes.bricks.push_back({{0, 0, 0}, true});
   cache.noteChanges(changes);
   EXPECT_TRUE(cache.hasChanges());
-  const MarkerArray difference = cache.update(map, makeMapHeader());
+  const MarkerArray difference = update(cache, map, makeMapHeader());
   EXPECT_FALSE(cache.hasChanges());
   ASSERT_EQ(difference.markers.size(), 1U) << "the size of one voxel is as it was";
   const Marker& marker = difference.markers.front();
@@ -355,13 +361,13 @@ TEST(MarkerCache, ReadsAllChunksThatHaveAChangedBrick) {
   const UniformBox second{{{100, 0, 0}, {102, 1, 1}}, 1.0F};  // in the next chunk
   CuboidMap map;
   MarkerCache cache(Grid(0.1), MarkerStyle());
-  (void)cache.update(map, makeMapHeader());
+  (void)update(cache, map, makeMapHeader());
   (void)insert(first, map);
   (void)insert(second, map);
   ChangeSet changes;
   for (const std::int32_t x : {0, 96, 104}) changes.bricks.push_back({{x, 0, 0}, true});
   cache.noteChanges(changes);
-  EXPECT_EQ(cache.update(map, makeMapHeader()).markers.size(), 2U);
+  EXPECT_EQ(update(cache, map, makeMapHeader()).markers.size(), 2U);
 }
 
 TEST(MarkerCache, DeletesASizeThatHasVanished) {
@@ -369,9 +375,9 @@ TEST(MarkerCache, DeletesASizeThatHasVanished) {
   const CellBox box{{0, 0, 0}, {2, 1, 1}};
   (void)insert({box, 1.0F}, map);
   MarkerCache cache(Grid(0.1), MarkerStyle());
-  (void)cache.update(map, makeMapHeader());
+  (void)update(cache, map, makeMapHeader());
   cache.noteChanges(insert({box, -1.0F}, map));  // free now
-  const MarkerArray difference = cache.update(map, makeMapHeader());
+  const MarkerArray difference = update(cache, map, makeMapHeader());
   ASSERT_EQ(difference.markers.size(), 1U);
   EXPECT_EQ(difference.markers.front().action, static_cast<int>(Marker::DELETE));
   EXPECT_EQ(difference.markers.front().id, 1);
@@ -383,12 +389,12 @@ TEST(MarkerCache, SendsNothingWhenTheContentIsAsBefore) {
   Drive drive(random, FusionKind::kClass);
   MarkerCache cache(drive.map().grid(), MarkerStyle());
   for (int step = 0; step < 10; ++step) cache.noteChanges(drive.step());
-  EXPECT_FALSE(cache.update(drive.map(), makeMapHeader()).markers.empty());
+  EXPECT_FALSE(update(cache, drive.map(), makeMapHeader()).markers.empty());
   ChangeSet everything;
   everything.is_everything = true;
   cache.noteChanges(everything);
   EXPECT_TRUE(cache.hasChanges());
-  EXPECT_TRUE(cache.update(drive.map(), makeMapHeader()).markers.empty());
+  EXPECT_TRUE(update(cache, drive.map(), makeMapHeader()).markers.empty());
 }
 
 TEST(MarkerCache, AMapOfEverySizeHas512Markers) {
@@ -402,7 +408,7 @@ TEST(MarkerCache, AMapOfEverySizeHas512Markers) {
     }
   }
   MarkerCache cache(Grid(0.1), MarkerStyle());
-  const MarkerArray picture = cache.update(map, makeMapHeader());
+  const MarkerArray picture = update(cache, map, makeMapHeader());
   std::set<int> ids;
   for (const Marker& marker : picture.markers) ids.insert(marker.id);
   EXPECT_EQ(picture.markers.size(), 512U);

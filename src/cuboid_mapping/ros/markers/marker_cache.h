@@ -27,7 +27,7 @@ struct MarkerStyle {
 /// The cuboids of one class as markers: one CUBE_LIST for each size of cuboid, updated by
 /// changes.
 ///
-/// A listener that applies every array that update() returns, in order, by (ns, id), has the same
+/// A listener that applies every takeDifference(), in order, by (ns, id), has the same
 /// markers as makePicture(): ADD stands for the whole list of a size, DELETE for a size of which
 /// there is none any more. A cuboid longer than 8 voxels on an axis is cut at the multiples of 8 on that axis,
 /// so that there are at most 512 markers: viewers become slow with many markers, not with many cubes.
@@ -61,12 +61,6 @@ class MarkerCache {
   /// Markers that read() has changed since the last call.
   /// @complexity O(cubes of these markers).
   [[nodiscard]] visualization_msgs::MarkerArray takeDifference(const std_msgs::Header& header);
-
-  /// Calls read() and takeDifference().
-  visualization_msgs::MarkerArray update(const CuboidMap& map, const std_msgs::Header& header) {
-    read(map, Budget::unlimited());
-    return takeDifference(header);
-  }
 
   /// All markers of the last read(), for a subscriber that has none of them: DELETEALL
   /// first, for markers from an earlier run of the node, then one ADD per size.
