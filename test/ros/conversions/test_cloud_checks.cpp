@@ -71,6 +71,25 @@ TEST(CloudChecks, PointsTooFarForBeamsAreNamedWithTheCure) {
   }
 }
 
+TEST(CloudChecks, AChangeOfParametersRepeatsNoWarningButThatOfAnotherMaxRange) {
+  CloudPoints cloud;
+  for (int i = 0; i < 300; ++i)
+    cloud.points.emplace_back(30.0F + static_cast<float>(i), 0.0F, 0.0F);
+  const auto warn = [&](CloudChecks& checks) {
+    checks.note(cloud, Eigen::Vector3d::Zero());
+    checks.noteFrame("map", "map");
+    return checks.takeWarnings().size();
+  };
+  CloudChecks first(false, {20.0, kUnlimited_m});
+  EXPECT_EQ(warn(first), 3U) << "the frame, the unit, max_range";
+  CloudChecks same(false, {20.0, kUnlimited_m});
+  same.goOnFrom(first);
+  EXPECT_EQ(warn(same), 0U);
+  CloudChecks other(false, {10.0, kUnlimited_m});
+  other.goOnFrom(same);
+  EXPECT_EQ(warn(other), 1U);
+}
+
 TEST(CloudChecks, CloudsInAFrameThatIsNoSensorsAreNamedOnce) {
   CloudChecks checks(false, kNoLimits);
   checks.noteFrame("lidar", "site");

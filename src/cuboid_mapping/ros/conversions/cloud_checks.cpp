@@ -29,6 +29,8 @@ constexpr double kMaxUsualDepth_m = 8.0;
 constexpr double kMaxUsualRange_m = 150.0;
 /// Share of a far clip above which a depth is near it.
 constexpr double kNearClip = 0.9;
+/// The warning about points beyond max_range.
+constexpr char kMaxRange[] = "max range";
 
 std::string percentOf(std::size_t part, std::size_t whole) {
   return std::to_string(100 * part / whole) + " %";
@@ -78,6 +80,11 @@ void CloudChecks::noteWarnings(const std::vector<std::string>& warnings) {
   for (const std::string& warning : warnings) warnOnce(warning, warning);
 }
 
+void CloudChecks::goOnFrom(const CloudChecks& earlier) {
+  said_ = earlier.said_;
+  if (limits_.max_range_m != earlier.limits_.max_range_m) said_.erase(kMaxRange);
+}
+
 std::vector<std::string> CloudChecks::takeWarnings() { return std::exchange(warnings_, {}); }
 
 void CloudChecks::warnOnce(const std::string& kind, const std::string& text) {
@@ -114,11 +121,11 @@ void CloudChecks::checkLimits() {
     return;
   }
   if (10 * num_beyond_range_ < 9 * num_points_) return;
-  warnOnce("max range", percentOf(num_beyond_range_, num_points_) +
-                            " of the points lie beyond sensor_model/max_range, " +
-                            toText(limits_.max_range_m) +
-                            " m: nothing there becomes occupied. Raise it, or set length_unit to "
-                            "their unit in metres (millimetres: 0.001)");
+  warnOnce(kMaxRange, percentOf(num_beyond_range_, num_points_) +
+                          " of the points lie beyond sensor_model/max_range, " +
+                          toText(limits_.max_range_m) +
+                          " m: nothing there becomes occupied. Raise it, or set length_unit to "
+                          "their unit in metres (millimetres: 0.001)");
 }
 
 void CloudChecks::checkUnit(std::vector<double>& ranges_m) {

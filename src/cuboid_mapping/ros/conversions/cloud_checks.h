@@ -39,6 +39,10 @@ class CloudChecks {
   /// and those that REP 105 fixes in the world.
   void noteFrame(const std::string& frame_id, const std::string& map_frame_id);
 
+  /// Does not report again what those of the source before a change of parameters have reported; only points beyond
+  /// another max_range.
+  void goOnFrom(const CloudChecks& earlier);
+
   /// Findings since the last call, with their cure.
   [[nodiscard]] std::vector<std::string> takeWarnings();
 

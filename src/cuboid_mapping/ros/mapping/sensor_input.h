@@ -56,6 +56,9 @@ class SensorInput {
   /// Warnings about the clouds so far, each once; see CloudChecks.
   [[nodiscard]] std::vector<std::string> takeWarnings() { return checks_.takeWarnings(); }
 
+  /// Does not give again the warnings of the same source before a change of parameters.
+  void goOnFrom(const SensorInput& earlier) { checks_.goOnFrom(earlier.checks_); }
+
   /// findSlices() of its steps.
   [[nodiscard]] Slices findSlices(const SensorMessage& cloud) const {
     return cuboid_mapping_ros::findSlices(steps_, cloud);

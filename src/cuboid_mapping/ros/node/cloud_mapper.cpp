@@ -5,8 +5,10 @@
 
 #include <ros/console.h>
 
+#include <cstddef>
 #include <exception>
 #include <string>
+#include <utility>
 
 namespace cuboid_mapping_ros {
 
@@ -27,7 +29,9 @@ void CloudMapper::start() {
 
 void CloudMapper::setParameters(const NodeParameters& parameters) {
   const auto lock = hold();
-  inputs_ = makeSources(parameters);
+  auto inputs = makeSources(parameters);
+  for (std::size_t i = 0; i < inputs.size(); ++i) inputs[i]->input.goOnFrom(inputs_.at(i)->input);
+  inputs_ = std::move(inputs);
   receiver_.setParameters(parameters);
 }
 
