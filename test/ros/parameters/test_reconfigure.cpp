@@ -149,6 +149,16 @@ TEST(Reconfigure, ARequestWithEveryFieldOfOctomapServerCounts) {
   EXPECT_TRUE(loaded.parameters.source.filter_ground);
 }
 
+TEST(Reconfigure, AConflictThatWasThereBeforeRefusesNoChange) {
+  if (!test::hasAllFeatures()) GTEST_SKIP();
+  NodeParameters parameters;
+  parameters.start_free = "-2 -2 0 2 2 1";
+  parameters.map.resolution_m = 0.01;  // Of a map_file: at the start it was another.
+  const LoadedParameters loaded = applyConfig(parameters, withNumber("publish_rate", 5.0));
+  ASSERT_TRUE(loaded.errors.empty()) << loaded.errors[0].key << ' ' << loaded.errors[0].message;
+  EXPECT_EQ(loaded.parameters.publish_rate_hz, 5.0);
+}
+
 TEST(Reconfigure, ABadRequestChangesNothingAndSaysWhy) {
   const auto expect_refused = [](const Config& request, const std::string& part) {
     Config with_good = request;

@@ -241,6 +241,10 @@ struct NodeParameters {
 struct ParameterError {
   std::string key;      ///< Key relative to the private namespace, such as "sensor_model/hit".
   std::string message;  ///< The value, the allowed values, and the cure.
+
+  friend bool operator==(const ParameterError& a, const ParameterError& b) {
+    return a.key == b.key && a.message == b.message;
+  }
 };
 
 /// Parameters and all their errors; use them only if `errors` is empty.

@@ -72,6 +72,15 @@ std::map<std::string, XmlRpcValue> valuesOf(const Config& request) {
   return values;
 }
 
+/// Parameters with some other values, and the conflicts.
+LoadedParameters readOver(const NodeParameters& parameters, const XmlRpcValue& values) {
+  LoadedParameters loaded{parameters, {}, {}};
+  loaded.parameters.sources.clear();  // They are read again: their missing parameters may change.
+  readGroup(values, false, loaded);
+  readSources(loaded);
+  return loaded;
+}
+
 const ParameterDeclaration* findDeclaration(const std::string& name) {
   for (const ParameterDeclaration& declaration : parameterTable()) {
     if (declaration.key == name || toReconfigureName(declaration.key) == name) return &declaration;
@@ -133,25 +142,29 @@ Config toConfig(const NodeParameters& parameters) {
 }
 
 LoadedParameters applyConfig(const NodeParameters& parameters, const Config& request) {
-  LoadedParameters loaded{parameters, {}, {}};
-  loaded.parameters.sources.clear();  // They are read again: their missing parameters may change.
+  std::vector<ParameterError> refusals;
   XmlRpcValue values;
   for (const auto& [name, value] : valuesOf(request)) {
     if (octomapServerOnly().count(name) > 0) continue;
     const ParameterDeclaration* declaration = findDeclaration(name);
     if (declaration == nullptr) {
-      loaded.errors.push_back({name, "is not a parameter: see ~parameter_descriptions"});
+      refusals.push_back({name, "is not a parameter: see ~parameter_descriptions"});
     } else if (isRuntimeKey(declaration->key)) {
       values[declaration->key] = value;
     } else if (value != declaration->kind.get(parameters)) {
-      loaded.errors.push_back({declaration->key,
-                               "cannot be changed while the node runs: restart it with the new "
-                               "value"});
+      refusals.push_back({declaration->key,
+                          "cannot be changed while the node runs: restart it with the new value"});
     }
   }
-  readGroup(values, false, loaded);
-  readSources(loaded);
-  if (!loaded.errors.empty()) loaded.parameters = parameters;
+  // The resolution of a map_file may have made others wrong: that refuses no change.
+  const std::vector<ParameterError> earlier = readOver(parameters, {}).errors;
+  LoadedParameters loaded = readOver(parameters, values);
+  for (const ParameterError& error : loaded.errors) {
+    if (std::find(earlier.begin(), earlier.end(), error) == earlier.end())
+      refusals.push_back(error);
+  }
+  if (!refusals.empty()) loaded.parameters = parameters;
+  loaded.errors = std::move(refusals);
   return loaded;
 }
 

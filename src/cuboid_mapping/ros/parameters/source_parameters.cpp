@@ -150,10 +150,7 @@ void readSources(LoadedParameters& loaded) {
                              std::vector<ParameterError>& to) {
       for (const ParameterError& error : from) {
         // Conflicts outside the list are reported there.
-        const bool is_said = std::any_of(said.begin(), said.end(), [&](const auto& other) {
-          return other.key == error.key && other.message == error.message;
-        });
-        if (is_said) continue;
+        if (std::find(said.begin(), said.end(), error) != said.end()) continue;
         to.push_back({std::string(kListKey) + '[' + std::to_string(i) + ']' +
                           (error.key.empty() ? "" : '/' + error.key),
                       error.message + " (source " + name + ')'});
