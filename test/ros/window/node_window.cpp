@@ -50,6 +50,15 @@ class NodeWindow : public DrivenNode {
   std::string file_ = folder_ / "map.sqlite";
 };
 
+TEST_P(NodeWindow, SaysThatItsFileCannotBeWritten) {
+  LogProbe log;
+  std::signal(SIGXFSZ, SIG_IGN);  // Of the node, too.
+  start({"_window/file:=" + file_, "_autosave_period:=1.0"});
+  cuboid_mapping::test::limitFileSize(50, node_->pid());  // Nothing can be written.
+  drive(0.0, 2.0);
+  EXPECT_TRUE(log.waitForLine("map not saved to " + file_ + ": "));
+}
+
 TEST_P(NodeWindow, KeepsWhatIsFarAwayAndGoesOnWithIt) {
   start({"_window/file:=" + file_});
   drive(0.0, 40.0);
