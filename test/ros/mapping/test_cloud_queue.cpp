@@ -275,9 +275,16 @@ TEST_F(CloudQueueTest, DropsWhatHasWaitedTooLongAndSaysWhyItHad) {
   put(2, "camera");
   now_ += ros::Duration(11.0);
   lead_s_ = 90.0;
+  ros::Time::init();
   EXPECT_TRUE(takeAll().empty());
   EXPECT_NE(drops_.back().text.find("ahead of this machine's clock"), std::string::npos)
       << drops_.back().text;
+  ros::Time::setNow(now_);  // As use_sim_time does.
+  put(3, "camera");
+  now_ += ros::Duration(11.0);
+  EXPECT_TRUE(takeAll().empty());
+  EXPECT_NE(drops_.back().text.find("ahead of /clock"), std::string::npos) << drops_.back().text;
+  ros::Time::init();
 }
 
 TEST_F(CloudQueueTest, ACloudOfTheRunBeforeAJumpBackIsNoFaultOfAClock) {

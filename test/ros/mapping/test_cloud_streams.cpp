@@ -96,11 +96,11 @@ class CloudStreams : public ::testing::Test {
     clouds_->put({cloud, source});
   }
 
-  void putTf(double stamp_s) {
+  void putTf(double stamp_s, const char* parent = "map", const char* child = "lidar") {
     geometry_msgs::TransformStamped transform;
-    transform.header.frame_id = "map";
+    transform.header.frame_id = parent;
     transform.header.stamp = ros::Time(stamp_s);
-    transform.child_frame_id = "lidar";
+    transform.child_frame_id = child;
     transform.transform.rotation.w = 1.0;
     tf_.setTransform(transform, "test");
   }
@@ -144,6 +144,20 @@ TEST_F(CloudStreams, ACloudThatIsAheadOfTfSaysByHowMuch) {
   EXPECT_FALSE(search.poses);
   ASSERT_TRUE(search.lead_s);
   EXPECT_NEAR(*search.lead_s, 0.25, 1e-6);
+}
+
+TEST_F(CloudStreams, TransformsWithoutACommonTimeAreNamed) {
+  putTf(kStart_s, "map", "base");
+  putTf(kStart_s + 20.0, "base", "lidar");
+  std_msgs::Header header;
+  header.frame_id = "lidar";
+  header.stamp = ros::Time(kStart_s + 20.0);
+  const PoseSearch search = findPoses(tf_, PoseFrames(parameters_, parameters_.source), header, {});
+  EXPECT_FALSE(search.poses);
+  EXPECT_TRUE(search.names_cure);
+  EXPECT_EQ(search.why.rfind("the transforms between 'lidar' and 'map' have no time in common", 0),
+            0U)
+      << search.why;
 }
 
 TEST_F(CloudStreams, LateTfCostsNoCloud) {

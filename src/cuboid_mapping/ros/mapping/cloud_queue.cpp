@@ -243,11 +243,14 @@ std::string CloudQueue::describeMissing(const Entry& entry) const {
   text.precision(3);
   const double ahead_s = entry.header().stamp.toSec() - entry.since.toSec();
   text << "waited for " << callbacks_.clock_s() - entry.arrival_s << " s: " << entry.search.why;
+  if (entry.search.names_cure) return text.str();
   if (!entry.search.lead_s) {
     text << "; " << toAdvice(DropReason::kNoTransform);
   } else if (ahead_s > kMaxAhead_s) {
-    text << "; its stamp was " << describeAge(ahead_s)
-         << " ahead of this machine's clock: synchronize the clocks (chrony, ntp)";
+    text << "; its stamp was " << describeAge(ahead_s) << " ahead of "
+         << (ros::Time::isSimTime()
+                 ? "/clock: the recording has started again, or the cloud is not of it"
+                 : "this machine's clock: synchronize the clocks (chrony, ntp)");
   } else {
     text << "; the transforms come late: check their publisher, or raise tf_wait (now "
          << limits_.tf_wait_s << " s)";

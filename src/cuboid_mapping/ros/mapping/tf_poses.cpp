@@ -4,6 +4,8 @@
 #include "cuboid_mapping/ros/mapping/sensor_step.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 
+#include <tf2/exceptions.h>
+
 #include <algorithm>
 #include <exception>
 #include <sstream>
@@ -94,9 +96,17 @@ struct Lead {
   double lead_s = 0.0;
 };
 
-/// The greatest lead; nothing if all transforms are static, or tf does not connect the frames.
+std::string describeNoCommonTime(const std::string& frame_id, const std::string& map_frame_id) {
+  return "the transforms between '" + withoutSlash(frame_id) + "' and '" +
+         withoutSlash(map_frame_id) +
+         "' have no time in common: the clock of a publisher is wrong, or it has stopped. rosrun "
+         "tf2_tools view_frames.py shows the times of each";
+}
+
+/// The greatest lead; nothing if all transforms are static, or tf does not connect the frames, or at no time.
 std::optional<Lead> findLead(const tf2::BufferCore& tf, const PoseFrames& frames,
-                             const std::string& cloud_frame_id, double stamp_s) {
+                             const std::string& cloud_frame_id, double stamp_s,
+                             PoseSearch& search) {
   std::vector<std::string> frame_ids = frames.needed();
   frame_ids.push_back(cloud_frame_id);
   std::optional<Lead> greatest;
@@ -107,6 +117,10 @@ std::optional<Lead> findLead(const tf2::BufferCore& tf, const PoseFrames& frames
       if (!greatest || stamp_s - newest_s > greatest->lead_s) {
         greatest = Lead{withoutSlash(frame_id), stamp_s - newest_s};
       }
+    } catch (const tf2::ExtrapolationException&) {
+      search.why = describeNoCommonTime(frame_id, frames.map);
+      search.names_cure = true;
+      return std::nullopt;
     } catch (const std::exception&) {
       return std::nullopt;  // The frames are not connected, now.
     }
@@ -179,7 +193,7 @@ PoseSearch findPoses(const TfBuffer& tf, const PoseFrames& given, const std_msgs
   PoseSearch search = lookupPoses(tf, frames, header, slices);
   if (search.poses || search.hopeless || header.stamp.isZero()) return search;
   const double last_s = slices.empty() ? 0.0 : middleOf(slices.back()).toSec();
-  const auto lead = findLead(tf, frames, header.frame_id, header.stamp.toSec() + last_s);
+  const auto lead = findLead(tf, frames, header.frame_id, header.stamp.toSec() + last_s, search);
   if (lead && lead->lead_s > 0.0) {
     search.why = describeLead(*lead, frames.map);
   } else if (lead) {

@@ -76,7 +76,8 @@ struct PoseFrames {
 /// Answer of tf for a cloud.
 struct PoseSearch {
   std::optional<CloudPoses> poses;
-  std::string why;  ///< If not found: the cause, with the frames.
+  std::string why;          ///< If not found: the cause, with the frames.
+  bool names_cure = false;  ///< `why` also says what to do.
   /// If not found: kTfGap, or kBeforeTf if tf begins after the cloud, or has forgotten its time. Later
   /// transforms do not help.
   std::optional<DropReason> hopeless;

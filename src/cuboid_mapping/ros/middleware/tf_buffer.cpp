@@ -6,11 +6,11 @@
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 
 #include <ros/console.h>
-#include <tf2/exceptions.h>
 
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <stdexcept>
 
 namespace cuboid_mapping_ros {
 namespace {
@@ -134,7 +134,8 @@ void TfReceiver::take(const Event& event, bool is_static) {
                  !warning.empty()) {
         ROS_WARN_STREAM_NAMED(kNodeName, warning);
       }
-    } catch (const tf2::TransformException& exception) {
+    } catch (
+        const std::runtime_error& exception) {  // Of tf, or of ros::Time for stamps near its end.
       ROS_ERROR_STREAM_THROTTLE(10.0, "a transform of '" << transform.child_frame_id
                                                          << "' is ignored: " << exception.what());
     }
