@@ -60,6 +60,8 @@ TEST(Diagnostics, WarnsWhileNoCloudHasCome) {
   report.is_simulated_time = false;
   report.other_topics = "/front, /rear";
   expectWarning(summarize(report, {}), {"nobody publishes it", "with this type: /front, /rear"});
+  report.is_published = true;
+  expectWarning(summarize(report, {}), {"though it is published", "ROS_IP", "another version"});
   report.wrong_types = "/points is a scan";
   EXPECT_EQ(summarize(report, {}).level, ReportLevel::kError);
   EXPECT_EQ(summarize(report, {}).message, "no cloud yet: /points is a scan");

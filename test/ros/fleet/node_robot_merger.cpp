@@ -101,7 +101,7 @@ TEST_F(RobotMergerTest, NamesTheRobotWhoseClockIsBehind) {
     }
     ++sequence;
     callbacks_.callAvailable();
-    merger.report(status);
+    merger.fillStatus(status);
     return status.message.find("late") != std::string::npos ||
            status.message.find("older") != std::string::npos;
   }));

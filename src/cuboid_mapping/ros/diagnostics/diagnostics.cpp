@@ -211,6 +211,14 @@ MapSummary MapWatch::summarize(const CuboidMap& map) {
           map.numBytes()};
 }
 
+std::string describeUnheard(std::size_t num_publishers, bool is_published,
+                            const std::string& check) {
+  if (num_publishers > 0) return ": " + check;
+  if (!is_published) return ", nobody publishes it: " + check;
+  return ", though it is published: the machines do not reach each other (set ROS_IP on each), or "
+         "the publisher's log says that it has another version of the message";
+}
+
 ReportSummary summarize(const NodeReport& report, const NodeStatistics& last_report) {
   const NodeStatistics& now = report.statistics;
   if (!report.autosave_error.empty()) {
@@ -222,12 +230,12 @@ ReportSummary summarize(const NodeReport& report, const NodeStatistics& last_rep
     return {
         ReportLevel::kWarning,
         "no cloud on " + report.cloud_topic + " yet" +
-            (report.num_publishers == 0 ? ", nobody publishes it" : "") +
-            ": check the topic name and its remapping, and that the " +
-            (report.is_simulated_time
-                 ? "bag still plays; if it ended before this node was ready, play it again "
-                   "(replay.launch: with a longer delay)"
-                 : "sensor is running") +
+            describeUnheard(report.num_publishers, report.is_published,
+                            std::string("check the topic name and its remapping, and that the ") +
+                                (report.is_simulated_time
+                                     ? "bag still plays; if it ended before this node was ready, "
+                                       "play it again (replay.launch: with a longer delay)"
+                                     : "sensor is running")) +
             (report.other_topics.empty() ? ""
                                          : ". Published with this type: " + report.other_topics)};
   }

@@ -64,6 +64,11 @@ struct SourceRate {
   double rate_hz = 0.0;
 };
 
+/// Cause and cure if no message comes on a topic. @param is_published  The master knows a publisher.
+/// @param check  What else to do.
+[[nodiscard]] std::string describeUnheard(std::size_t num_publishers, bool is_published,
+                                          const std::string& check);
+
 /// Content of one report.
 struct NodeReport {
   NodeStatistics statistics;
@@ -76,7 +81,8 @@ struct NodeReport {
   std::optional<HistoryFigures> kept;         ///< Kept clouds; only with keep_clouds.
   std::string kept_error;                     ///< See KeptHistory::error().
   std::size_t num_publishers = 0;             ///< Publishers of the cloud topics.
-  std::string wrong_types;   ///< See describeWrongType(); set only before the first message.
+  bool is_published = false;  ///< A topic without a publisher has one at the master.
+  std::string wrong_types;    ///< See describeWrongType(); set only before the first message.
   std::string other_topics;  ///< See NodeSources::otherTopics(); set only before the first message.
   /// Time from the arrival of the last cloud in the map until it was in the map.
   double lag_s = 0.0;

@@ -4,7 +4,7 @@
 #include "cuboid_mapping/GetObservations.h"
 #include "cuboid_mapping/io/scan_update_codec.h"
 #include "cuboid_mapping/io/text.h"
-#include "cuboid_mapping/ros/diagnostics/diagnostics.h"
+#include "cuboid_mapping/ros/mapping/node_sources.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 
@@ -129,18 +129,16 @@ RobotMerger::~RobotMerger() {
   removePosted(*asking_nh_.getCallbackQueue(), this);
 }
 
-std::string RobotMerger::topics() const {
-  std::string topics;
+void RobotMerger::report(NodeReport& report) const {
   for (const ros::Subscriber& subscriber : subscribers_) {
-    topics += (topics.empty() ? "" : " ") + subscriber.getTopic();
+    report.cloud_topic += (report.cloud_topic.empty() ? "" : " ") + subscriber.getTopic();
+    report.num_publishers += subscriber.getNumPublishers();
   }
-  return topics;
-}
-
-std::size_t RobotMerger::numPublishers() const {
-  std::size_t count = 0;
-  for (const ros::Subscriber& subscriber : subscribers_) count += subscriber.getNumPublishers();
-  return count;
+  if (report.num_publishers > 0) return;
+  const auto types = publishedTypes();
+  for (const ros::Subscriber& subscriber : subscribers_) {
+    if (types.count(subscriber.getTopic()) > 0) report.is_published = true;
+  }
 }
 
 void RobotMerger::take(const Observation& message) {
@@ -232,7 +230,7 @@ void RobotMerger::askFor(const ObservationQuestion& question) {
   order_.noteAnswered(question, service.response.complete_to);
 }
 
-void RobotMerger::report(diagnostic_updater::DiagnosticStatusWrapper& status) {
+void RobotMerger::fillStatus(diagnostic_updater::DiagnosticStatusWrapper& status) {
   using diagnostic_msgs::DiagnosticStatus;
   const std::lock_guard<std::mutex> lock(mutex_);
   const MergeCounts counts = order_.counts();

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "cuboid_mapping/Observation.h"
+#include "cuboid_mapping/ros/diagnostics/diagnostics.h"
 #include "cuboid_mapping/ros/map/guarded_map.h"
 #include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/service_calls.h"
@@ -55,12 +56,10 @@ class RobotMerger {
   /// Ends running questions, and asks no more: call it before the threads of asking_nh are stopped.
   void stopAsking() { calls_.stop(); }
 
-  /// Topics, such as "/robot1/observations /robot2/observations".
-  [[nodiscard]] std::string topics() const;
-  [[nodiscard]] std::size_t numPublishers() const;
-
+  /// Adds its topics, such as "/robot1/observations /robot2/observations", and their publishers.
+  void report(NodeReport& report) const;
   /// Figures, and a warning if observations are missing, came too late, or were refused since the last report.
-  void report(diagnostic_updater::DiagnosticStatusWrapper& status);
+  void fillStatus(diagnostic_updater::DiagnosticStatusWrapper& status);
 
  private:
   void take(const Observation& message);

@@ -68,13 +68,8 @@ void RobotsFeature::stop() noexcept {
   asking_threads_.stop();
 }
 
-void RobotsFeature::report(NodeReport& report) {
-  report.cloud_topic = merger_->topics();
-  report.num_publishers = merger_->numPublishers();
-}
-
 void RobotsFeature::addStatus(diagnostic_updater::Updater& diagnostics) {
-  diagnostics.add("merging", &*merger_, &RobotMerger::report);
+  diagnostics.add("merging", &*merger_, &RobotMerger::fillStatus);
 }
 
 std::vector<ParameterDeclaration> RobotsFeature::declare() {

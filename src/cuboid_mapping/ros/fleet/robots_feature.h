@@ -23,7 +23,7 @@ class RobotsFeature : public MapFeature {
   [[nodiscard]] std::string name() const override { return "merging"; }
 
   void start() override;
-  void report(NodeReport& report) override;
+  void report(NodeReport& report) override { merger_->report(report); }
   void addStatus(diagnostic_updater::Updater& diagnostics) override;
   void stop() noexcept override;
 

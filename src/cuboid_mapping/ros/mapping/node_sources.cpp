@@ -16,11 +16,7 @@
 #include <set>
 
 namespace cuboid_mapping_ros {
-namespace {
 
-/// Message types of all topics that are published, by name; empty if the master does not answer.
-///
-/// Asks the master once, without waiting for it.
 std::map<std::string, std::string> publishedTypes() {
   // Not by ros::master::getTopics(), which waits for a master that is gone.
   XmlRpc::XmlRpcValue request;
@@ -33,6 +29,8 @@ std::map<std::string, std::string> publishedTypes() {
   for (int i = 0; i < topics.size(); ++i) types[topics[i][0]] = std::string(topics[i][1]);
   return types;
 }
+
+namespace {
 
 /// Topics of a type, without those that this process publishes.
 std::set<std::string> findTopics(const std::map<std::string, std::string>& types,
@@ -54,7 +52,8 @@ NodeSources::NodeSources(const NodeParameters& parameters, const CloudLedger& le
       ledger_(ledger),
       sources_(sourcesOf(parameters)),
       reported_(sources_.size()),
-      wrong_types_(sources_.size()) {}
+      wrong_types_(sources_.size()),
+      is_published_(sources_.size()) {}
 
 void NodeSources::listen(const ros::NodeHandle& nh, const SourceSubscriber::Callbacks& callbacks) {
   for (std::size_t i = 0; i < sources_.size(); ++i) {
@@ -79,7 +78,8 @@ std::string NodeSources::findWrongTypes() {
     if (noted.at(i).statistics.num_received == 0 && subscriber.numPublishers() == 0) {
       if (!types) types = publishedTypes();
       const auto published = types->find(subscriber.topic());
-      if (published != types->end())
+      is_published_[i] = published != types->end();
+      if (is_published_[i])
         wrong = describeWrongType(at(i), subscriber.topic(), published->second);
       else
         others.merge(findTopics(*types, datatypeOf(at(i).type, subscriber.topic())));
@@ -113,6 +113,7 @@ void NodeSources::report(std::size_t source, diagnostic_updater::DiagnosticStatu
   report.type = toString(at(source).type);
   report.num_publishers = subscribers_[source]->numPublishers();
   report.wrong_type = wrong_types_[source];
+  report.is_published = is_published_[source];
   report.silence_s = secondsSince(noted.last_received);
   report.is_simulated_time = ros::Time::isSimTime();
   fillStatus(report, reported_[source], status);
@@ -137,8 +138,8 @@ ReportSummary summarize(const SourceReport& report, const SourceStatistics& last
                 (now.num_received == 0
                      ? " yet"
                      : " for " + std::to_string(static_cast<int>(report.silence_s)) + " s") +
-                (report.num_publishers == 0 ? ", nobody publishes it" : "") +
-                ": check the topic and that the sensor is running"};
+                describeUnheard(report.num_publishers, report.is_published,
+                                "check the topic and that the sensor is running")};
   }
   return {ReportLevel::kOk, counted(now.num_inserted, "message") + " in the map"};
 }

@@ -8,13 +8,20 @@
 #include <diagnostic_updater/diagnostic_updater.h>
 #include <ros/node_handle.h>
 
+#include <algorithm>
 #include <cstddef>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 namespace cuboid_mapping_ros {
+
+/// Message types of all topics that are published, by name; empty if the master does not answer.
+///
+/// Asks the master once, without waiting for it.
+[[nodiscard]] std::map<std::string, std::string> publishedTypes();
 
 /// The topics of a node's sources: subscribers, statistics, diagnostics. Not thread-safe.
 class NodeSources {
@@ -39,6 +46,10 @@ class NodeSources {
   /// describeWrongType(). Logs each new text. Asks the master, for sources that have received nothing and have
   /// no publisher.
   [[nodiscard]] std::string findWrongTypes();
+  /// Whether a topic has a publisher, but no connection, as the last findWrongTypes() found.
+  [[nodiscard]] bool isPublished() const {
+    return std::any_of(is_published_.begin(), is_published_.end(), [](bool is) { return is; });
+  }
   /// Topics with messages for the sources that nobody publishes, as the last findWrongTypes() found them.
   [[nodiscard]] const std::string& otherTopics() const { return other_topics_; }
 
@@ -54,6 +65,7 @@ class NodeSources {
   std::vector<SourceStatistics> reported_;
   std::vector<std::unique_ptr<SourceSubscriber>> subscribers_;
   std::vector<std::string> wrong_types_;  ///< Last error of each source.
+  std::vector<bool> is_published_;        ///< Topics without a connection that have a publisher.
   std::string other_topics_;
   std::string topics_;
 };
@@ -65,6 +77,7 @@ struct SourceReport {
   std::string topic;  ///< Topic after remapping.
   std::string type;
   std::size_t num_publishers = 0;
+  bool is_published = false;       ///< The master knows a publisher.
   std::string wrong_type;          ///< See describeWrongType(); set only before the first message.
   double silence_s = 0.0;          ///< Time since its last message, or since the start of the node.
   bool is_simulated_time = false;  ///< use_sim_time, as with bags.

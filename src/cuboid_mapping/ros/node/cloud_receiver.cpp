@@ -115,6 +115,7 @@ void CloudReceiver::report(const CloudLedger::Figures& figures, NodeReport& repo
   if (has_clouds_) {
     report.wrong_types = sources_.findWrongTypes();
     report.other_topics = sources_.otherTopics();
+    report.is_published = sources_.isPublished();
   }
   report.silence_s = secondsSince(figures.last_received);
   if (report.is_simulated_time && report.num_publishers > 0) {
