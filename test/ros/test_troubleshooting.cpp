@@ -93,6 +93,17 @@ TEST_F(TroubleshootingTest, ATopicOfAnotherType) {
   expect_error("convert it with point_cloud_converter");
 }
 
+TEST_F(TroubleshootingTest, APublisherWithAnotherVersionOfTheMessage) {
+  auto options = ros::AdvertiseOptions::create<sensor_msgs::PointCloud2>("/far/cloud_in", 1, {}, {},
+                                                                         {}, nullptr);
+  options.md5sum = std::string(options.md5sum.size(), '1');
+  const ros::Publisher publisher = nh_.advertise(options);
+  DiagnosticsProbe diagnostics(kFarNode);
+  EXPECT_TRUE(waitFor([&] {
+    return diagnostics.status().message.find("though it is published") != std::string::npos;
+  })) << diagnostics.status().message;
+}
+
 TEST_F(TroubleshootingTest, CloudsWithoutATransform) {
   listenTo(kNode);
   publishClouds(cloud_publisher_, "nowhere", kQueueSize + 1);
