@@ -41,8 +41,8 @@ Scan change(const ScanDataset::Item& item, double resolution_m, std::size_t ever
     T_map_sensor.rotate(Eigen::AngleAxisd(random.real(0.0, 6.3), axis));
   }
   if (random.chance(0.2)) {
-    for (double& place : T_map_sensor.translation())
-      place = std::round(place / resolution_m) * resolution_m;
+    const Eigen::Vector3d voxels = T_map_sensor.translation() / resolution_m;
+    T_map_sensor.translation() = voxels.array().round() * resolution_m;
   }
   if (random.chance(0.2)) T_map_sensor.pretranslate(Eigen::Vector3d(1e6, -1e6, 1e6));
   std::vector<Eigen::Vector3f> points;

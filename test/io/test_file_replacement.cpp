@@ -175,6 +175,18 @@ TEST(FileReplacement, promisesItsOwnErrorsForWhateverIsWrongWithAPath) {
   }
 }
 
+TEST(FileReplacement, refusesANameThatTheSystemWouldCutOffAtAZeroByte) {
+  const TemporaryFolder folder;
+  const std::string other = folder / "other";
+  replaceFile(other, "old");
+  const std::string file = other + std::string(1, '\0') + "/map.cuboids";
+  EXPECT_NE(errorOf([&] { replaceFile(file, "new"); }).find("zero byte"), std::string::npos);
+  EXPECT_NE(errorOf([&] { checkReplaceable(file); }).find("zero byte"), std::string::npos);
+  EXPECT_NE(errorOf([&] { (void)readFile(file); }).find("zero byte"), std::string::npos);
+  EXPECT_NE(errorOf([&] { requireFile(file); }).find("zero byte"), std::string::npos);
+  EXPECT_EQ(readFile(other), "old");
+}
+
 TEST(FileReplacement, readsNoMoreThanAllowed) {
   const TemporaryFolder folder;
   const std::string file = folder / "map.cuboids";
