@@ -33,6 +33,13 @@ constexpr int kForWriting = O_WRONLY | O_CREAT | O_TRUNC | O_NONBLOCK | O_CLOEXE
   throw MapFileError(MapFileDefect::kInaccessible, text);
 }
 
+/// The system would cut the name off there, and take another file.
+void refuseZeroByte(const std::string& action, const std::string& file) {
+  if (file.find('\0') == std::string::npos) return;
+  throw MapFileError(MapFileDefect::kInaccessible,
+                     action + ' ' + file.c_str() + "...: its name has a zero byte");
+}
+
 /// A descriptor that is closed by the destructor.
 class Descriptor {
  public:
@@ -135,6 +142,7 @@ struct Replacement {
 /// @throws MapFileError when the path cannot be that of a file.
 Replacement replacementOf(const std::string& file) {
   if (file.empty()) fail("cannot write", "''", ENOENT);
+  refuseZeroByte("cannot write", file);
   const std::string target = targetOf(file);
   struct stat status {};
   // If stat() fails, writing fails, too, and reports it.
@@ -163,6 +171,7 @@ Replacement replacementOf(const std::string& file) {
 }  // namespace
 
 void requireFile(const std::string& file) {
+  refuseZeroByte("cannot open", file);
   struct stat status {};
   if (::stat(file.c_str(), &status) == 0) requireRegular(status, "cannot open", file);
 }
@@ -174,6 +183,7 @@ void checkReplaceable(const std::string& file) {
 }
 
 std::string readFile(const std::string& file, std::uint64_t max_bytes) {
+  refuseZeroByte("cannot read", file);
   const Descriptor descriptor(file, kForReading);
   struct stat status {};
   if (!descriptor.isOpen() || fstat(descriptor.get(), &status) != 0) {

@@ -13,7 +13,8 @@
 namespace cuboid_mapping {
 
 /// All bytes of a file. @throws MapFileError: kInaccessible when it is not there, a folder, a device, a
-/// pipe, or not readable; kTooBig when it has more bytes than allowed.
+/// pipe, not readable, or its name has a zero byte, as for all functions here; kTooBig when it has more bytes than
+/// allowed.
 [[nodiscard]] std::string readFile(
     const std::string& file, std::uint64_t max_bytes = std::numeric_limits<std::uint64_t>::max());
 
