@@ -3,137 +3,108 @@
 
 #include "cuboid_mapping/scan/scan_filter.h"
 
-#include <Eigen/Eigenvalues>
+#include <pcl/console/print.h>
+#include <pcl/point_types.h>
+#include <pcl/sample_consensus/ransac.h>
+#include <pcl/sample_consensus/sac_model_perpendicular_plane.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <iterator>
 #include <numeric>
-#include <optional>
-#include <random>
 #include <utility>
 
 namespace cuboid_mapping_ros {
 namespace {
 
+using Cloud = pcl::PointCloud<pcl::PointXYZ>;
+
 /// Minimum number of points for a plane, as in octomap_server.
 constexpr std::size_t kMinPoints = 50;
 /// Minimum number of remaining points for the search for a further plane.
-constexpr Eigen::Index kMinPointsLeft = 10;
-constexpr double kMaxTries = 200.0;
+constexpr std::size_t kMinPointsLeft = 10;
 
-/// A point in each row; each axis is in one piece of memory, for the loop over all distances.
-using Points = Eigen::ArrayX3f;
-using Plane = Eigen::Hyperplane<float, 3>;
-using Indices = std::vector<Eigen::Index>;
-
-Points transformPoints(const std::vector<Eigen::Vector3f>& points_cloud,
-                       const Eigen::Isometry3d& T_base_cloud) {
-  Points points_base(points_cloud.size(), 3);
-  for (Eigen::Index i = 0; i < points_base.rows(); ++i) {
-    const Eigen::Vector3d point = points_cloud[static_cast<std::size_t>(i)].cast<double>();
-    points_base.row(i) = (T_base_cloud * point).cast<float>().transpose();
+Cloud transformCloud(const std::vector<Eigen::Vector3f>& points_cloud,
+                     const Eigen::Isometry3d& T_base_cloud) {
+  Cloud cloud;
+  cloud.reserve(points_cloud.size());
+  for (const Eigen::Vector3f& point : points_cloud) {
+    const Eigen::Vector3f point_base = (T_base_cloud * point.cast<double>()).cast<float>();
+    cloud.push_back(pcl::PointXYZ(point_base.x(), point_base.y(), point_base.z()));
   }
-  return points_base;
+  return cloud;
 }
 
-/// Searches level planes (RANSAC) among the points that are in no plane yet.
+/// Stops PCL from printing a message for every plane that it does not find.
+class Silence {
+ public:
+  Silence() { pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS); }
+  ~Silence() { pcl::console::setVerbosityLevel(level_); }
+  Silence(const Silence&) = delete;
+  Silence& operator=(const Silence&) = delete;
+
+ private:
+  pcl::console::VERBOSITY_LEVEL level_ = pcl::console::getVerbosityLevel();
+};
+
+/// Searches level planes among the points that are in no plane yet.
 ///
-/// PCL's search prints an error for each cloud without a plane, and can only be silenced for the whole process, in which
-/// other nodelets may use PCL.
+/// Does what pcl::SACSegmentation does, without its library, which takes 0.2 s to load at each
+/// start of a program.
 class PlaneSearch {
  public:
-  PlaneSearch(Points points_base, const GroundFilterConfig& config)
-      : config_(config),
-        left_(std::move(points_base)),
-        ids_(static_cast<std::size_t>(left_.rows())) {
-    std::iota(ids_.begin(), ids_.end(), 0);
+  PlaneSearch(const Cloud& points_base, const GroundFilterConfig& config)
+      : config_(config), input_(new Cloud(points_base)), left_(input_->size()) {
+    std::iota(left_.begin(), left_.end(), 0);
   }
 
   /// Points of the ground's plane; none if there is no such plane.
-  Indices findGround() {
-    while (left_.rows() > kMinPointsLeft) {
-      const auto plane = findPlane();
-      if (!plane) break;
-      Indices inliers = takeOut(*plane);
+  std::vector<int> findGround() {
+    const Silence silence;
+    while (left_.size() > kMinPointsLeft) {
+      Eigen::VectorXf plane;
+      std::vector<int> inliers = findPlane(plane);
       if (inliers.empty()) break;
-      if (std::abs(plane->offset()) < config_.plane_distance_m) return inliers;
+      if (std::abs(plane[3]) < config_.plane_distance_m) return inliers;
+      removeFromLeft(inliers);
     }
     return {};
   }
 
  private:
-  [[nodiscard]] Eigen::Array<bool, Eigen::Dynamic, 1> isNear(const Plane& plane) const {
-    const Eigen::Vector3f& n = plane.normal();
-    return (left_.col(0) * n.x() + left_.col(1) * n.y() + left_.col(2) * n.z() + plane.offset())
-               .abs() <= static_cast<float>(config_.distance_m);
+  using Model = pcl::SampleConsensusModelPerpendicularPlane<pcl::PointXYZ>;
+
+  /// A level plane of the points that are left. @return Its points; none if there is no such plane.
+  std::vector<int> findPlane(Eigen::VectorXf& plane) const {
+    const Model::Ptr model(new Model(input_, left_));  // the same random numbers every time
+    model->setAxis(Eigen::Vector3f::UnitZ());
+    model->setEpsAngle(config_.angle_rad);
+    pcl::RandomSampleConsensus<pcl::PointXYZ> search(model, config_.distance_m);
+    search.setMaxIterations(200);
+    if (!search.computeModel()) return {};
+    std::vector<int> inliers;
+    search.getInliers(inliers);
+    Eigen::VectorXf coarse_plane;
+    search.getModelCoefficients(coarse_plane);
+    model->optimizeModelCoefficients(inliers, coarse_plane, plane);
+    model->selectWithinDistance(plane, config_.distance_m, inliers);
+    return inliers;
   }
 
-  /// Also false for the normal 0 of points in a line.
-  [[nodiscard]] bool isLevel(const Eigen::Vector3f& normal) const {
-    return normal.norm() > 0.0F &&
-           std::acos(std::abs(normal.normalized().z())) <= config_.angle_rad;
-  }
-
-  /// A level plane of many of the points that are left.
-  [[nodiscard]] std::optional<Plane> findPlane() const {
-    std::mt19937 random;  // The same numbers every time.
-    const auto draw = [&]() -> Eigen::Vector3f {
-      return left_.row(random() % static_cast<std::uint32_t>(left_.rows())).matrix().transpose();
-    };
-    std::optional<Plane> best;
-    Eigen::Index most = 0;
-    double tries = kMaxTries;
-    for (int i = 0; i < tries; ++i) {
-      const Eigen::Vector3f point = draw();
-      const Eigen::Vector3f normal = (draw() - point).cross(draw() - point);
-      if (!isLevel(normal)) continue;
-      const Plane plane(normal.normalized(), point);
-      const Eigen::Index count = isNear(plane).count();
-      if (count <= most) continue;
-      best = plane;
-      most = count;
-      // So many draw three points of this plane at least once, with a probability of 99 %.
-      const double share = static_cast<double>(count) / static_cast<double>(left_.rows());
-      tries = std::min(kMaxTries, std::log(0.01) / std::log1p(-std::pow(share, 3)));
+  void removeFromLeft(const std::vector<int>& indices) {
+    std::vector<bool> is_removed(input_->size(), false);
+    for (const int index : indices) is_removed[static_cast<std::size_t>(index)] = true;
+    std::vector<int> rest;
+    for (const int index : left_) {
+      if (!is_removed[static_cast<std::size_t>(index)]) rest.push_back(index);
     }
-    return best ? fit(*best) : std::nullopt;
-  }
-
-  /// The plane through the points near a plane, if it is level.
-  [[nodiscard]] std::optional<Plane> fit(const Plane& plane) const {
-    const Eigen::ArrayXf weights = isNear(plane).cast<float>();
-    const Eigen::Vector3f mean =
-        (left_.colwise() * weights).colwise().sum().transpose() / weights.sum();
-    const Eigen::MatrixX3f apart = left_.matrix().rowwise() - mean.transpose();
-    const Eigen::Matrix3f scatter = apart.transpose() * weights.matrix().asDiagonal() * apart;
-    const Eigen::Vector3f normal =
-        Eigen::SelfAdjointEigenSolver<Eigen::Matrix3f>(scatter).eigenvectors().col(0);
-    return isLevel(normal) ? std::optional(Plane(normal, mean)) : std::nullopt;
-  }
-
-  /// Takes the points near a plane out of the rest.
-  Indices takeOut(const Plane& plane) {
-    const auto is_near = isNear(plane);
-    Indices taken;
-    Eigen::Index num_left = 0;
-    for (Eigen::Index i = 0; i < left_.rows(); ++i) {
-      const Eigen::Index id = ids_[static_cast<std::size_t>(i)];
-      if (is_near[i]) {
-        taken.push_back(id);
-        continue;
-      }
-      ids_[static_cast<std::size_t>(num_left)] = id;
-      left_.row(num_left++) = left_.row(i).eval();
-    }
-    left_.conservativeResize(num_left, 3);
-    return taken;
+    left_.swap(rest);
   }
 
   GroundFilterConfig config_;
-  Points left_;
-  Indices ids_;  ///< Of the rows of left_.
+  Cloud::Ptr input_;
+  std::vector<int> left_;
 };
 
 }  // namespace
@@ -145,15 +116,14 @@ GroundSplit splitGround(const std::vector<Eigen::Vector3f>& points_cloud,
     split.others = points_cloud;
     return split;
   }
-  const Points points_base = transformPoints(points_cloud, T_base_cloud);
+  const Cloud points_base = transformCloud(points_cloud, T_base_cloud);
   std::vector<bool> is_ground(points_cloud.size(), false);
-  for (const Eigen::Index index : PlaneSearch(points_base, config).findGround()) {
+  for (const int index : PlaneSearch(points_base, config).findGround()) {
     is_ground[static_cast<std::size_t>(index)] = true;
     split.is_plane_found = true;
   }
   for (std::size_t i = 0; i < points_cloud.size(); ++i) {
-    const float height_m = points_base(static_cast<Eigen::Index>(i), 2);
-    if (!split.is_plane_found) is_ground[i] = std::abs(height_m) < config.plane_distance_m;
+    if (!split.is_plane_found) is_ground[i] = std::abs(points_base[i].z) < config.plane_distance_m;
     (is_ground[i] ? split.ground : split.others).push_back(points_cloud[i]);
   }
   return split;

@@ -20,7 +20,7 @@ struct GroundSplit {
 
 /// Separates the points of the ground from the others.
 ///
-/// Planes that are nearly level are segmented (RANSAC with a fixed seed) until one lies near
+/// Planes that are nearly level are segmented (PCL, RANSAC with a fixed seed) until one lies near
 /// z = 0 of the base frame: its points are the ground. Cases:
 ///   - no such plane: the points within plane_distance_m of z = 0 of the base frame;
 ///   - fewer than 50 points: none is ground.
