@@ -12,6 +12,7 @@
 #include <cmath>
 #include <cstdint>
 #include <iterator>
+#include <mutex>
 #include <numeric>
 #include <utility>
 
@@ -36,7 +37,8 @@ Cloud transformCloud(const std::vector<Eigen::Vector3f>& points_cloud,
   return cloud;
 }
 
-/// Stops PCL from printing a message for every plane that it does not find.
+/// Stops PCL from printing a message for every plane that it does not find. One search at a time: of two nodelets, the
+/// second would restore the silence of the first.
 class Silence {
  public:
   Silence() { pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS); }
@@ -45,6 +47,8 @@ class Silence {
   Silence& operator=(const Silence&) = delete;
 
  private:
+  static inline std::mutex mutex_;
+  std::lock_guard<std::mutex> lock_{mutex_};
   pcl::console::VERBOSITY_LEVEL level_ = pcl::console::getVerbosityLevel();
 };
 
