@@ -62,19 +62,21 @@ int copyStore(const Options& options) {
   for (const Cell& page : input.pages()) {
     if (!part || part->intersects(pageBox(page))) pages.push_back(page);
   }
-  MapStore output(options.output, StoreAccess::kWrite);
   if (!part) {  // As elsewhere, a part has no fused cuboids: they may reach beyond it.
     for (const Cell& page : pages) (void)input.read(page, &head.cuboids);
   }
   const ProgressListener listener = showProgress("pages written");
   ProgressCounter progress(listener, pages.size());
-  output.replaceAll(head, pages, [&](const Cell& page) {
+  std::size_t num_pages = 0;
+  writeStore(options.output, head, pages, [&](const Cell& page) {
     throwIfInterrupted();
     progress.advance();
-    const std::vector<VoxelBrick> bricks = input.read(page);
-    return part ? cut(bricks, *part) : bricks;
+    std::vector<VoxelBrick> bricks = input.read(page);
+    if (part) bricks = cut(bricks, *part);
+    num_pages += bricks.empty() ? 0 : 1;
+    return bricks;
   });
-  std::cout << options.output << ": " << counted(output.pages().size(), "page") << std::endl;
+  std::cout << options.output << ": " << counted(num_pages, "page") << std::endl;
   return 0;
 }
 

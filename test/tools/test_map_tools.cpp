@@ -215,6 +215,16 @@ TEST(MapTools, sayWhyTheyCannotWrite) {
   });
 }
 
+TEST(MapTools, leaveNoNewStoreBehindThatTheyCouldNotFill) {
+  const TemporaryFolder folder;
+  const std::string store = folder / "map.sqlite";
+  ASSERT_EQ(runProgram({SIMULATED_MAP_PROGRAM, store, "--duration", "1"}).status, 0);
+  const ProgramEnd end = runProgram({MAP_CONVERT_PROGRAM, store, folder / "copy.sqlite"},
+                                    [] { test::limitFileSize(50000); });
+  EXPECT_EQ(end.status, 1) << std::filesystem::file_size(store);
+  EXPECT_FALSE(std::filesystem::exists(folder / "copy.sqlite")) << end.err;
+}
+
 TEST(MapTools, failWhereTheirAnswerCannotBeWritten) {
   const TemporaryFolder folder;
   const std::string map = folder / "map.cuboids";
@@ -231,12 +241,11 @@ TEST(MapTools, failWhereTheirAnswerCannotBeWritten) {
 
 TEST(MapTools, refuseAResolutionThatWouldDoNothing) {
   const TemporaryFolder folder;
-  const std::string map = folder / "map.cuboids";
-  writeMapFile(map, makeSnapshot());
-  const std::string out = folder / "out.cuboids";
-  const ProgramEnd size = runProgram({MAP_CONVERT_PROGRAM, map, out, "--resolution", "0.2"});
-  EXPECT_EQ(size.status, 1);
-  EXPECT_TRUE(mentions(size.err, "--resolution is for .pcd")) << size.err;
+  writeMapFile(folder / "map.cuboids", makeSnapshot());
+  const ProgramEnd end = runProgram(
+      {MAP_CONVERT_PROGRAM, folder / "map.cuboids", folder / "out.cuboids", "--resolution", "0.2"});
+  EXPECT_EQ(end.status, 1);
+  EXPECT_TRUE(mentions(end.err, "--resolution is for .pcd")) << end.err;
   EXPECT_EQ(folder.list().size(), 1U);
 }
 

@@ -110,7 +110,10 @@ class MapStore {
                                     const SnapshotLimits& limits = SnapshotLimits::none(),
                                     const CellBox& part = kAllCells);
 
-/// Replaces the content of a store by a map, in one transaction. A store that it creates is removed after an error.
+/// Replaces the content of a store by a map, in one transaction; see MapStore::replaceAll(). A store that it creates is
+/// removed after an error.
+void writeStore(const std::string& file, const MapSnapshot& head, const std::vector<Cell>& pages,
+                const MapStore::BricksOfPage& bricks_of);
 void writeStore(const std::string& file, const MapSnapshot& snapshot,
                 const ProgressListener& listener = {});
 

@@ -343,22 +343,27 @@ MapSnapshot readStore(const MapStore& store, const SnapshotLimits& limits, const
   return snapshot;
 }
 
-void writeStore(const std::string& file, const MapSnapshot& snapshot,
-                const ProgressListener& listener) {
+void writeStore(const std::string& file, const MapSnapshot& head, const std::vector<Cell>& pages,
+                const MapStore::BricksOfPage& bricks_of) {
   std::error_code ignored;  // If the path cannot be read, opening fails, too, and reports it.
   const bool is_new = !std::filesystem::exists(file, ignored);
-  const std::vector<Cell> pages = pagesOf(snapshot.bricks);
-  std::uint64_t num_done = 0;
   try {
-    MapStore(file, StoreAccess::kWrite).replaceAll(snapshot, pages, [&](const Cell& page) {
-      if (listener) listener(++num_done, pages.size());
-      return bricksIn(snapshot.bricks, page);
-    });
+    MapStore(file, StoreAccess::kWrite).replaceAll(head, pages, bricks_of);
   } catch (...) {
     // The file may be the target of a symbolic link, which stays.
     if (is_new) std::filesystem::remove(std::filesystem::canonical(file, ignored), ignored);
     throw;
   }
+}
+
+void writeStore(const std::string& file, const MapSnapshot& snapshot,
+                const ProgressListener& listener) {
+  const std::vector<Cell> pages = pagesOf(snapshot.bricks);
+  std::uint64_t num_done = 0;
+  writeStore(file, snapshot, pages, [&](const Cell& page) {
+    if (listener) listener(++num_done, pages.size());
+    return bricksIn(snapshot.bricks, page);
+  });
 }
 
 }  // namespace cuboid_mapping
