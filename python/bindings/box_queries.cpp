@@ -129,6 +129,7 @@ py::object distances(MapAccess& access, const Doubles& array, double bound_m,
     const CellBox region = boundsOf(access.grid(), points);
     const DistanceField field = access.read(
         [&](const CuboidMap& map) { return DistanceField(map, region, bound_m, policy); });
+    const py::gil_scoped_release release;
     for (const Eigen::Vector3d& point : points) {
       distance.push_back(*field.distanceAt(point));
       append(gradient, *field.gradientAt(point));
