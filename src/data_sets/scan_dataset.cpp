@@ -132,15 +132,19 @@ class ScanGraphFile : public ScanDataset {
 
 std::unique_ptr<ScanDataset> openScanDataset(const std::string& path, const BinRow& bin_row) {
   if (fs::path(path).extension() == ".graph") return std::make_unique<ScanGraphFile>(path);
-  if (fs::is_directory(fs::path(path) / "pcd") && !fs::exists(fs::path(path) / "poses.txt")) {
+  const bool has_poses = fs::exists(fs::path(path) / kPoses);
+  if (fs::is_directory(fs::path(path) / "pcd") && !has_poses) {
     return std::make_unique<PosedClouds>(path);
   }
-  if (fs::is_directory(path)) {
+  if (has_poses) {
     const std::vector<fs::path> bin_files = findBinFiles(path);
     if (!bin_files.empty()) return openBinScans(path, bin_files, bin_row);
     return std::make_unique<ScanFolder>(path);
   }
-  throw std::runtime_error(path + " is neither a folder with poses.txt or pcd/ nor a .graph file");
+  throw std::runtime_error(path +
+                           " is neither a folder of scans, with poses.txt or pcd/, nor a "
+                           ".graph file. Rosbags are given by their names, as in " +
+                           (fs::path(path) / "*.bag").string());
 }
 
 }  // namespace cuboid_mapping

@@ -10,6 +10,7 @@
 #include <exception>
 #include <iomanip>
 #include <iostream>
+#include <new>
 #include <sstream>
 #include <stdexcept>
 
@@ -112,6 +113,11 @@ int runProgram(const std::string& name, const std::function<int()>& body) {
   } catch (const Interrupted& interrupted) {
     std::cerr << name << ": interrupted" << std::endl;
     return 128 + interrupted.signal_number;
+  } catch (const std::bad_alloc&) {
+    std::cerr << name
+              << ": out of memory: choose a coarser resolution, or less of the data at a time"
+              << std::endl;
+    return 1;
   } catch (const std::exception& error) {
     std::cerr << name << ": " << error.what() << std::endl;
     return 1;

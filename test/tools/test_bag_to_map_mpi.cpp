@@ -128,7 +128,7 @@ TEST_F(BagToMapMpi, writesAStoreOfAMapThatNoRankCouldHold) {
   const auto limited = allowMpiWithin(std::size_t{128} << 20);
   const ProgramEnd one = runProgram(commandOf(1, arguments), limited);
   EXPECT_NE(one.status, 0);
-  EXPECT_NE(one.err.find("bad_alloc"), std::string::npos) << one.err;
+  EXPECT_NE(one.err.find("out of memory"), std::string::npos) << one.err;
   EXPECT_FALSE(std::filesystem::exists(store));
   const ProgramEnd many = runProgram(commandOf(8, arguments), limited);
   EXPECT_EQ(many.status, 0) << many.err;
@@ -152,7 +152,7 @@ TEST_F(BagToMapMpi, saysOnceWhatIsWrong) {
   };
   for (const Case& wrong :
        {Case{{*folder / "no.bag", "-o", map}, "cannot read"},
-        Case{{*folder / "no_scans", "-o", map}, "cannot open"},
+        Case{{*folder / "no_scans", "-o", map}, "is neither a folder of scans"},
         Case{{bag, "-o", map, "--set", "resolutoin=1"}, "resolutoin"},
         Case{{bag, "-o", map, "--topic", "/no"}, "the bags have no topic /no"},
         Case{{bag, "-o", *folder / "no/map.cuboids"}, "cannot write"},

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdint>
+#include <new>
 
 namespace cuboid_mapping {
 namespace {
@@ -128,6 +129,13 @@ TEST(CommandLine, explainsOptionsWithRangesAndDefaults) {
   }
   EXPECT_EQ(program.parse({"--version"}), std::optional<int>(0)) << "without its arguments";
   EXPECT_EQ(program.out, "a1b2c3\n");
+}
+
+TEST(RunProgram, saysWhatToDoWithoutMemory) {
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(runProgram("program", []() -> int { throw std::bad_alloc(); }), 1);
+  EXPECT_EQ(testing::internal::GetCapturedStderr(),
+            "program: out of memory: choose a coarser resolution, or less of the data at a time\n");
 }
 
 }  // namespace

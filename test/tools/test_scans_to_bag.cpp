@@ -245,6 +245,7 @@ TEST_F(ScansToBag, saysWhatOnlyBagsCanHave) {
                             Case{{dataset_}, {"--set", "max_rate=2"}, "max_rate"},
                             Case{{dataset_}, {"--set", "type=laser_scan"}, "type"},
                             Case{{dataset_}, {"--set", "frame_id=sensor"}, "frame_id"},
+                            Case{{output_ / "."}, {}, "by their names, as in"},
                             Case{{input_ / "nowhere.graph"}, {}, "nowhere.graph"}}) {
     const ProgramEnd end = mapInputs(wrong.inputs, map, wrong.options);
     EXPECT_EQ(end.status, 1) << wrong.text;
