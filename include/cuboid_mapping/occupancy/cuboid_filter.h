@@ -16,4 +16,10 @@ enum class CuboidFilter : unsigned char { kAll, kFree, kOccupied };
   return filter == CuboidFilter::kAll || cuboid.isOccupied() == (filter == CuboidFilter::kOccupied);
 }
 
+/// Filter for a search whose visitor asks matches(), and has a budget: a search for free cuboids would pass any number
+/// of occupied ones without a look at it.
+[[nodiscard]] constexpr CuboidFilter withinBudget(CuboidFilter filter) {
+  return filter == CuboidFilter::kFree ? CuboidFilter::kAll : filter;
+}
+
 }  // namespace cuboid_mapping

@@ -28,10 +28,7 @@ Answer<std::vector<Cuboid>> selectCuboids(const CuboidMap& map, const CellBox& r
                                           const CuboidSelection& selection, Budget& budget) {
   std::vector<Cuboid> cuboids;
   bool is_cut = false;
-  // As in findNearest().
-  const CuboidFilter passed =
-      selection.filter == CuboidFilter::kFree ? CuboidFilter::kAll : selection.filter;
-  visitBox(map, region, passed, [&](const Cuboid& cuboid) {
+  visitBox(map, region, withinBudget(selection.filter), [&](const Cuboid& cuboid) {
     if (!budget.spend()) return Visit::kStop;
     if (!matches(selection.filter, cuboid)) return Visit::kContinue;
     if (shortestEdge(cuboid.box) < selection.min_edge) return Visit::kContinue;

@@ -17,10 +17,8 @@ Answer<std::vector<NearestCuboid>> findNearest(const CuboidMap& map,
   if (!budget.spend()) return AnswerStatus::kBudgetSpent;
   bool is_complete = true;
   const Grid& grid = map.grid();
-  // A search for free ones alone would pass any number of occupied ones without a look at the budget.
-  const CuboidFilter passed = filter == CuboidFilter::kFree ? CuboidFilter::kAll : filter;
-  visitNearest(map, grid.toCellUnits(point_map), max_distance_m / grid.resolution(), passed,
-               [&](const Cuboid& cuboid, double distance) {
+  visitNearest(map, grid.toCellUnits(point_map), max_distance_m / grid.resolution(),
+               withinBudget(filter), [&](const Cuboid& cuboid, double distance) {
                  is_complete = budget.spend() && (!matches(filter, cuboid) || budget.addEntries());
                  if (!is_complete) return Visit::kStop;
                  if (!matches(filter, cuboid)) return Visit::kContinue;
