@@ -148,8 +148,9 @@ void ScanUpdater::sortIntoFaces(const BeamSource& source, const Beams& beams,
       for (std::size_t beam = 0; beam < batch.count; ++beam) {
         grazing |= std::uint32_t{batch.marginOf(beam) > 0.0F} << beam;
       }
-      std::uint32_t left = faces.add(batch.ends, count, RayBatch::all(count) & ~grazing,
-                                     beams.are_returns, first_index + i, share.faces, share.marks);
+      std::uint32_t left =
+          faces.add(batch.ends, count, RayBatch::all(count) & ~grazing,
+                    beams.kind == BeamKind::kReturn, first_index + i, share.faces, share.marks);
       share.num_points += static_cast<std::size_t>(count - __builtin_popcount(left));
       for (; left != 0; left &= left - 1) {
         const auto beam = static_cast<std::size_t>(__builtin_ctz(left));
@@ -157,7 +158,7 @@ void ScanUpdater::sortIntoFaces(const BeamSource& source, const Beams& beams,
         margins.push_back(batch.marginOf(beam));
       }
     }
-    addBeams(source, {ends.data(), margins.data(), ends.size(), beams.are_returns}, share);
+    addBeams(source, {ends.data(), margins.data(), ends.size(), beams.kind}, share);
   });
 }
 

@@ -83,18 +83,24 @@ bool ScanUpdater::isWithinKeyRange(const RayOrigin& origin) const {
   return true;
 }
 
-void ScanUpdater::markBeam(const Ray& ray, bool is_hit, BeamMarks& marks) const {
+ScanUpdater::EndMark ScanUpdater::endMarkOf(BeamKind kind, bool is_cut) {
+  if (is_cut || kind == BeamKind::kNoReturn) return EndMark::kMiss;
+  return kind == BeamKind::kReturn ? EndMark::kHit : EndMark::kNone;
+}
+
+void ScanUpdater::markBeam(const Ray& ray, EndMark end_mark, BeamMarks& marks) const {
   (void)walkRay(ray, BrickCursor(ray, base_, marks));
+  if (end_mark == EndMark::kNone) return;
   const Cell local_end = ray.end - base_;
   const int voxel = voxelIndex(local_end);
   BrickMarks& last_marks = marks.findOrAdd(toBrickKey(local_end));
-  (is_hit ? last_marks.hits : last_marks.misses[0]).set(voxel);
+  (end_mark == EndMark::kHit ? last_marks.hits : last_marks.misses[0]).set(voxel);
 }
 
 double ScanUpdater::marginOf(const BeamSource& source, const Beams& beams, std::size_t beam,
                              double length_m) const {
   const float share = beams.marginOf(beam);
-  if (beams.are_returns) return endMargin(share, length_m);
+  if (beams.kind != BeamKind::kNoReturn) return endMargin(share, length_m);
   if (share == 0.0F) return 0.0;
   const Eigen::Vector3f way = beams.ends[beam] - source.scan.origin;
   return std::max(0.0, length_m - (1.0 - share) * static_cast<double>(way.norm()));
@@ -116,8 +122,9 @@ void ScanUpdater::markWithMargin(const Ray& ray, double margin_m, EndMark end_ma
 BatchMargins ScanUpdater::marginsOf(const BeamSource& source, const Beams& batch,
                                     const RayBatch& rays, Share& share) const {
   BatchMargins margins{share.grazes};
-  for (std::uint32_t bits = batch.are_returns ? rays.taken & ~rays.cut : rays.taken; bits != 0;
-       bits &= bits - 1) {
+  std::uint32_t bits = rays.taken;
+  if (batch.kind != BeamKind::kNoReturn) bits &= ~rays.cut;
+  for (; bits != 0; bits &= bits - 1) {
     const auto i = static_cast<std::size_t>(__builtin_ctz(bits));
     const double margin_m = marginOf(source, batch, i, rays.length_m[i]);
     if (margin_m > 0.0) margins.slabs[i] = findMarginSlabs(rays.rayOf(i), margin_m);
@@ -131,6 +138,8 @@ std::uint32_t ScanUpdater::addBatch(const BeamSource& source, const Beams& batch
   const auto count = static_cast<int>(batch.count);
   RayBatch rays;
   computeRays(source.ray_origin, batch.ends, count, ranges_.max_range_m, rays);
+  // markSlabs() marks the last voxel, too.
+  if (batch.kind == BeamKind::kOpenEnd) rays.taken &= rays.cut;
   std::uint32_t marked = 0;
   if (hasMargins()) {
     const BatchMargins margins = marginsOf(source, batch, rays, share);
@@ -139,7 +148,7 @@ std::uint32_t ScanUpdater::addBatch(const BeamSource& source, const Beams& batch
     marked = markSlabs(rays, base_, share.marks);
   }
   share.num_points += static_cast<std::size_t>(__builtin_popcount(marked));
-  for (std::uint32_t hits = batch.are_returns ? marked & ~rays.cut : 0; hits != 0;
+  for (std::uint32_t hits = batch.kind == BeamKind::kReturn ? marked & ~rays.cut : 0; hits != 0;
        hits &= hits - 1) {
     const Cell local_end = rays.endOf(static_cast<std::size_t>(__builtin_ctz(hits))) - base_;
     share.marks.findOrAdd(toBrickKey(local_end)).hits.set(voxelIndex(local_end));
@@ -166,25 +175,11 @@ void ScanUpdater::addBeam(const BeamSource& source, const Beams& beams, std::siz
   bool is_cut = false;
   const auto ray = countRay(source, beams.ends[beam], is_cut, share);
   if (!ray) return;
-  const bool is_hit = beams.are_returns && !is_cut;
-  const bool has_margin = hasMargins() && (is_hit || !beams.are_returns);
+  const EndMark end_mark = endMarkOf(beams.kind, is_cut);
+  const bool has_margin = hasMargins() && (!is_cut || beams.kind == BeamKind::kNoReturn);
   const double margin_m = has_margin ? marginOf(source, beams, beam, ray->length_m) : 0.0;
-  if (margin_m > 0.0) {
-    return markWithMargin(*ray, margin_m, is_hit ? EndMark::kHit : EndMark::kMiss, share);
-  }
-  markBeam(*ray, is_hit, share.marks);
-}
-
-void ScanUpdater::addOpenBeam(const BeamSource& source, std::size_t index, float margin,
-                              Share& share) const {
-  const Eigen::Vector3f& end = source.scan.open_ends[index];
-  bool is_cut = false;
-  const auto ray = countRay(source, end, is_cut, share);
-  if (!ray) return;
-  const double margin_m = endMargin(margin, ray->length_m);
-  if (margin_m > 0.0) return markWithMargin(*ray, margin_m, EndMark::kNone, share);
-  // Without the last voxel, which markSlabs() would mark, too.
-  (void)walkRay(*ray, BrickCursor(*ray, base_, share.marks));
+  if (margin_m > 0.0) return markWithMargin(*ray, margin_m, end_mark, share);
+  markBeam(*ray, end_mark, share.marks);
 }
 
 void ScanUpdater::addBeams(const BeamSource& source, const Beams& beams, Share& share) const {
@@ -200,13 +195,18 @@ void ScanUpdater::addBeams(const BeamSource& source, const Beams& beams, Share& 
 }
 
 ScanUpdater::Beams ScanUpdater::returnsOf(const Scan& scan, const float* margins) {
-  return {scan.points.data(), margins, scan.points.size(), true};
+  return {scan.points.data(), margins, scan.points.size(), BeamKind::kReturn};
 }
 
 ScanUpdater::Beams ScanUpdater::noReturnsOf(const Scan& scan, const float* margins) {
   const std::size_t num_ends = scan.points.size() + scan.open_ends.size();
   return {scan.no_returns.data(), margins == nullptr ? nullptr : margins + num_ends,
-          scan.no_returns.size(), false};
+          scan.no_returns.size(), BeamKind::kNoReturn};
+}
+
+ScanUpdater::Beams ScanUpdater::openEndsOf(const Scan& scan, const float* margins) {
+  return {scan.open_ends.data(), margins == nullptr ? nullptr : margins + scan.points.size(),
+          scan.open_ends.size(), BeamKind::kOpenEnd};
 }
 
 void ScanUpdater::addFreePoints(const RayOrigin& ray_origin,
@@ -239,17 +239,7 @@ void ScanUpdater::addScan(const Scan& scan, const float* margins, bool by_column
     add_part(returnsOf(scan, margins));
     add_part(noReturnsOf(scan, margins));
   }
-  const std::size_t num_open = scan.open_ends.size();
-  std::vector<Eigen::Vector3f> cut_ends;  // As no-returns beyond the range.
-  for (std::size_t i = num_open * part / num_parts; i < num_open * (part + 1) / num_parts; ++i) {
-    Eigen::Vector3f end = scan.open_ends[i];
-    if (std::isfinite(ranges_.max_range_m) && cutBeam(scan.origin, ranges_.max_range_m, end)) {
-      cut_ends.push_back(scan.open_ends[i]);
-    } else {
-      addOpenBeam(source, i, margins == nullptr ? 0.0F : margins[scan.points.size() + i], share);
-    }
-  }
-  addBeams(source, {cut_ends.data(), nullptr, cut_ends.size(), false}, share);
+  add_part(openEndsOf(scan, margins));
 }
 
 void ScanUpdater::Share::clear() {

@@ -103,16 +103,17 @@ class ScanUpdater {
     }
   };
 
-  /// Returns or no-returns of a scan.
+  enum class BeamKind { kReturn, kNoReturn, kOpenEnd };
+
+  /// Beams of one kind of a scan.
   struct Beams {
     const Eigen::Vector3f* ends;
     const float* margins;  ///< Of each, see SurfaceMargins; null: none.
     std::size_t count;
-    bool are_returns;
+    BeamKind kind;
 
     [[nodiscard]] Beams part(std::size_t first, std::size_t last) const {
-      return {ends + first, margins == nullptr ? nullptr : margins + first, last - first,
-              are_returns};
+      return {ends + first, margins == nullptr ? nullptr : margins + first, last - first, kind};
     }
     [[nodiscard]] float marginOf(std::size_t beam) const {
       return margins == nullptr ? 0.0F : margins[beam];
@@ -121,9 +122,10 @@ class ScanUpdater {
 
   /// Whether every voxel of a beam from an origin has a key.
   [[nodiscard]] bool isWithinKeyRange(const RayOrigin& origin) const;
-  void markBeam(const Ray& ray, bool is_hit, BeamMarks& marks) const;
   /// What the voxel becomes in which a beam ends.
   enum class EndMark { kHit, kMiss, kNone };
+  [[nodiscard]] static EndMark endMarkOf(BeamKind kind, bool is_cut);
+  void markBeam(const Ray& ray, EndMark end_mark, BeamMarks& marks) const;
   void markWithMargin(const Ray& ray, double margin_m, EndMark end_mark, Share& share) const;
   /// End margin of a beam, which is not cut unless it is a no-return; 0: none.
   [[nodiscard]] double marginOf(const BeamSource& source, const Beams& beams, std::size_t beam,
@@ -153,6 +155,7 @@ class ScanUpdater {
   ///@{
   [[nodiscard]] static Beams returnsOf(const Scan& scan, const float* margins);
   [[nodiscard]] static Beams noReturnsOf(const Scan& scan, const float* margins);
+  [[nodiscard]] static Beams openEndsOf(const Scan& scan, const float* margins);
   [[nodiscard]] bool usesColumns(const Scan& scan, const float* margins) const;
   /// Adds the returns and no-returns of a scan.
   void addByColumns(const Scan& scan, const float* margins);
@@ -174,8 +177,6 @@ class ScanUpdater {
   /// Adds part `part` of `num_parts` of a scan. @param by_columns  Whether addByColumns() adds the rest of it.
   void addScan(const Scan& scan, const float* margins, bool by_columns, std::size_t part,
                std::size_t num_parts, Share& share) const;
-  /// @param index  Of an open end within the maximum range.
-  void addOpenBeam(const BeamSource& source, std::size_t index, float margin, Share& share) const;
   void addFreePoints(const RayOrigin& ray_origin, const std::vector<Eigen::Vector3f>& points,
                      BeamMarks& marks) const;
   static bool isBefore(const PlacedMarks& a, const PlacedMarks& b) { return a.morton < b.morton; }
