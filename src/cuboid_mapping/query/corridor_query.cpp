@@ -329,9 +329,8 @@ Answer<Corridor> findCorridor(const CuboidMap& map, const CorridorTask& task, Un
   const auto search = [&] {
     Cell room = robot->size + Cell{1, 1, 1};
     if (policy == UnknownPolicy::kFree) room.z = 0;
-    const CellBox region = task.region
-                               ? intersect(*task.region, kAllCells)
-                               : regionAround(map, unite(start->box, goal->box), room, policy);
+    const CellBox ends = unite(start->box, goal->box);
+    const CellBox region = searchRegion(task.region, map, ends, room, policy);
     return CorridorSearch(map, task, *robot, *start, *goal, obstacles, region).run();
   };
   return searchUntilItHolds(map, budget, search, [&](const Corridor& corridor) {

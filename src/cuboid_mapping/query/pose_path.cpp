@@ -27,14 +27,13 @@ std::string findFault(const Eigen::Isometry3d& pose, const std::string& name, do
 
 /// Voxels that the body may use.
 CellBox findRegion(const CuboidMap& map, const PosePathTask& task, UnknownPolicy policy) {
-  if (task.region) return intersect(*task.region, kAllCells);
   const Grid& grid = map.grid();
   const auto cell_at = [&](const Eigen::Isometry3d& pose) {
     return CellBox::ofCell(*grid.toCell(pose.translation()));
   };
   const auto room =
       static_cast<std::int32_t>(std::ceil(2.0 * reachOf(task.body) * grid.inverseResolution())) + 1;
-  return regionAround(map, unite(cell_at(task.start_map), cell_at(task.goal_map)),
+  return searchRegion(task.region, map, unite(cell_at(task.start_map), cell_at(task.goal_map)),
                       {room, room, room}, policy);
 }
 

@@ -7,13 +7,17 @@
 #include "cuboid_mapping/query/budget.h"
 #include "cuboid_mapping/query/unknown_policy.h"
 
+#include <optional>
+
 namespace cuboid_mapping {
 
-/// Voxels of a search without a region: the bounds of the map and of its ends, with room to go around them. If unknown
-/// space is free, the ends alone bound the heights: maps end above walls that a robot on the ground does not cross, and
-/// a planar laser sees one layer of them.
-[[nodiscard]] inline CellBox regionAround(const CuboidMap& map, const CellBox& ends,
+/// Voxels of a search: those of its region; without one, the bounds of the map and of its ends, with room to go around
+/// them. If unknown space is free, the ends alone bound the heights: maps end above walls that a robot on the ground
+/// does not cross, and a planar laser sees one layer of them.
+[[nodiscard]] inline CellBox searchRegion(const std::optional<CellBox>& region,
+                                          const CuboidMap& map, const CellBox& ends,
                                           const Cell& room, UnknownPolicy policy) {
+  if (region) return intersect(*region, kAllCells);
   CellBox all = ends;
   if (const auto& bounds = map.bounds()) all = unite(all, *bounds);
   if (policy == UnknownPolicy::kFree) {
