@@ -19,17 +19,6 @@ constexpr std::string_view kBinaryFirstLine = "# Octomap OcTree binary file";
   throw MapFileError(defect, text);
 }
 
-/// The shortest decimal number, with at least six digits, that reads back as the same.
-std::string formatResolution(double resolution_m) {
-  for (int precision = 6;; ++precision) {
-    std::ostringstream out;
-    out.imbue(std::locale::classic());
-    out.precision(precision);
-    out << resolution_m;
-    if (precision == 17 || std::stod(out.str()) == resolution_m) return out.str();
-  }
-}
-
 struct OctreeHeader {
   bool is_binary = false;
   std::string id;
@@ -58,6 +47,17 @@ std::optional<T> parseNumber(const std::string& text) {
   T value{};
   if (!(in >> value)) return std::nullopt;
   return value;
+}
+
+/// The shortest decimal number, with at least six digits, that reads back as the same.
+std::string formatResolution(double resolution_m) {
+  for (int precision = 6;; ++precision) {
+    std::ostringstream out;
+    out.imbue(std::locale::classic());
+    out.precision(precision);
+    out << resolution_m;
+    if (precision == 17 || parseNumber<double>(out.str()) == resolution_m) return out.str();
+  }
 }
 
 OctreeHeader readHeader(std::string_view bytes) {
