@@ -341,8 +341,8 @@ TEST(QueriesWithABudget, countTheEntriesOfTheirAnswers) {
             7U);
 }
 
-/// Questions that would take hours or all memory.
-std::vector<Question> monstrousQuestions() {
+/// Questions about boxes that would take hours or all memory.
+std::vector<Question> monstrousBoxes() {
   return {{"nearest place in unknown space",
            [](const CuboidMap& map, Budget& budget) {
              (void)findNearestFit(map, {-1e4, 0, 0}, {3, 3, 3}, UnknownPolicy::kObstacle, 1e4 - 100,
@@ -360,19 +360,22 @@ std::vector<Question> monstrousQuestions() {
                              UnknownPolicy::kFree, budget);
              return "";
            }},
-          {"path of 1e8 m",
-           [](const CuboidMap& map, Budget& budget) {
-             (void)checkPath(map, {{-1e8, -9, 0}, {1e8, -9, 0}}, {1, 1, 1}, UnknownPolicy::kFree,
-                             budget);
-             return "";
-           }},
-          {"corridor of a robot of 1000 km",
-           [](const CuboidMap& map, Budget& budget) {
+          {"corridor of a robot of 1000 km", [](const CuboidMap& map, Budget& budget) {
              CorridorTask task;
              task.start_map = {-3e6, 0, 0};
              task.goal_map = {-3e6 + 2, 0, 0};
              task.size_m = {1e6, 1e6, 1e6};
              (void)findCorridor(map, task, UnknownPolicy::kFree, budget);
+             return "";
+           }}};
+}
+
+/// Questions about long ways that would take hours or all memory.
+std::vector<Question> monstrousWays() {
+  return {{"path of 1e8 m",
+           [](const CuboidMap& map, Budget& budget) {
+             (void)checkPath(map, {{-1e8, -9, 0}, {1e8, -9, 0}}, {1, 1, 1}, UnknownPolicy::kFree,
+                             budget);
              return "";
            }},
           {"corridor through unknown space",
@@ -433,10 +436,12 @@ TEST(QueriesWithABudget, endAlsoWhereNothingIsOfTheClass) {
 
 TEST(QueriesWithABudget, endSoonWhateverIsAsked) {
   const CuboidMap map = makeMap();
-  for (const Question& question : monstrousQuestions()) {
-    Budget budget(bricks(100000));
-    (void)question.ask(map, budget);
-    EXPECT_EQ(budget.whyEnded(), BudgetLimit::kBricks) << question.name;
+  for (const auto& questions : {monstrousBoxes(), monstrousWays()}) {
+    for (const Question& question : questions) {
+      Budget budget(bricks(100000));
+      (void)question.ask(map, budget);
+      EXPECT_EQ(budget.whyEnded(), BudgetLimit::kBricks) << question.name;
+    }
   }
 }
 
