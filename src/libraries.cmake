@@ -57,7 +57,6 @@ cuboid_mapping_add_part(core
   cuboid_mapping/query/ray_query.cpp
   cuboid_mapping/query/sphere_query.cpp
   cuboid_mapping/query/value_query.cpp
-  cuboid_mapping/rtree/block_pool.cpp
   cuboid_mapping/rtree/inner_tree.cpp
   cuboid_mapping/rtree/node.cpp
   cuboid_mapping/rtree/quadratic_split.cpp

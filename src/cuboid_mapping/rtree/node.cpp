@@ -4,13 +4,9 @@
 #include <algorithm>
 #include <cassert>
 #include <new>
+#include <numeric>
 
 namespace cuboid_mapping {
-
-std::size_t Node::numBytes(int capacity) {
-  constexpr std::size_t kBranch = sizeof(std::int32_t[6]) + sizeof(NodeIndex);
-  return sizeof(Node) + static_cast<std::size_t>(paddedSlots(capacity)) * kBranch;
-}
 
 Branch Node::summary() const {
   assert(count_ > 0);
@@ -48,10 +44,44 @@ void Node::remove(int slot) {
   if (slot != count_) set(slot, branch(count_));
 }
 
+void NodePool::reserve(std::size_t num_nodes) {
+  if (num_nodes > unused_.size()) {
+    const std::size_t num_more = num_nodes - unused_.size();
+    const std::size_t size = nodes_.size() + num_more;
+    if (size > unused_.capacity()) unused_.reserve(std::max(size, nodes_.size() * 3 / 2));
+    nodes_.resize(
+        size);  // Nothing throws until the new indices are noted; release() needs no memory.
+    const auto first = static_cast<NodeIndex>(size - num_more);
+    unused_.insert(unused_.begin(), num_more, first);
+    std::iota(unused_.begin(), unused_.begin() + static_cast<std::ptrdiff_t>(num_more), first);
+  }
+  for (; num_ready_ < num_nodes; ++num_ready_) {
+    const NodeIndex next = unused_[unused_.size() - 1 - num_ready_];
+    nodes_[next].reset(new std::byte[Node::numBytes(capacity_)]);
+  }
+}
+
+void NodePool::trim() noexcept {
+  for (; num_ready_ > 0; --num_ready_) nodes_[unused_[unused_.size() - num_ready_]].reset();
+}
+
 NodeIndex NodePool::allocate() {
-  const NodeIndex index = BlockPool::allocate();
-  new (BlockPool::operator[](index)) Node(capacity_);
+  if (num_ready_ == 0) reserve(1);
+  const NodeIndex index = unused_.back();
+  unused_.pop_back();
+  --num_ready_;
+  new (nodes_[index].get()) Node(capacity_);
   return index;
+}
+
+void NodePool::release(NodeIndex index) noexcept {
+  unused_.push_back(index);
+  ++num_ready_;
+}
+
+std::size_t NodePool::numBytes() const {
+  return (numItems() + num_ready_) * Node::numBytes(capacity_) +
+         nodes_.capacity() * sizeof(nodes_[0]) + unused_.capacity() * sizeof(NodeIndex);
 }
 
 }  // namespace cuboid_mapping

@@ -2,11 +2,12 @@
 #pragma once
 
 #include "cuboid_mapping/occupancy/cuboid.h"
-#include "cuboid_mapping/rtree/block_pool.h"
 
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <memory>
+#include <vector>
 
 namespace cuboid_mapping {
 
@@ -88,7 +89,7 @@ class Node {
   Node& operator=(const Node&) = delete;
 
   /// Bytes of a node with room for `capacity` branches.
-  [[nodiscard]] static std::size_t numBytes(int capacity);
+  [[nodiscard]] static constexpr std::size_t numBytes(int capacity);
 
   /// Number of branches; they are in slots 0 to count() - 1.
   [[nodiscard]] int count() const { return count_; }
@@ -158,6 +159,11 @@ class Node {
   SlotSet occupied_ = 0;  ///< See hasOccupied().
 };
 
+constexpr std::size_t Node::numBytes(int capacity) {
+  constexpr std::size_t kBranch = sizeof(std::int32_t[6]) + sizeof(NodeIndex);
+  return sizeof(Node) + static_cast<std::size_t>(paddedSlots(capacity)) * kBranch;
+}
+
 inline SlotSet Node::findOverlapping(const CellBox& window) const {
   const std::int32_t* min_x = min(0);
   const std::int32_t* min_y = min(1);
@@ -173,35 +179,53 @@ inline SlotSet Node::findOverlapping(const CellBox& window) const {
   });
 }
 
-/// Nodes of one capacity.
-class NodePool : BlockPool {
+/// Nodes of one capacity by index. Indices of released nodes are used again.
+class NodePool {
  public:
   /// @param capacity  Maximum number of branches of a node (M), up to kMaxSlots.
-  explicit NodePool(int capacity) : BlockPool(Node::numBytes(capacity)), capacity_(capacity) {}
+  explicit NodePool(int capacity) : capacity_(capacity) {}
 
-  using BlockPool::endIndex;
-  using BlockPool::numBytes;
-  using BlockPool::numItems;
-  using BlockPool::prefetch;
-  using BlockPool::release;
-  using BlockPool::reserve;
-  using BlockPool::trim;
+  /// Reserves memory: the next `num_nodes` calls of allocate() throw nothing. @throws std::bad_alloc
+  void reserve(std::size_t num_nodes);
+  /// Frees the memory of nodes that are not in use. @complexity O(these nodes).
+  void trim() noexcept;
 
   /// Allocates a node without branches. @throws std::bad_alloc  beyond the reserved memory.
   [[nodiscard]] NodeIndex allocate();
+  /// Releases a node, and keeps its memory. @pre It is in use.
+  void release(NodeIndex index) noexcept;
 
   /// The node, which does not move until it is released. @pre It is in use.
   ///@{
   [[nodiscard]] Node& operator[](NodeIndex index) {
-    return *reinterpret_cast<Node*>(BlockPool::operator[](index));
+    return *reinterpret_cast<Node*>(nodes_[index].get());
   }
   [[nodiscard]] const Node& operator[](NodeIndex index) const {
-    return *reinterpret_cast<const Node*>(BlockPool::operator[](index));
+    return *reinterpret_cast<const Node*>(nodes_[index].get());
   }
   ///@}
+  /// Prefetches a node. This function and its callers must be inline: gcc drops calls of functions that do nothing
+  /// else.
+  [[gnu::always_inline]] void prefetch(NodeIndex index) const {
+    constexpr std::size_t kCacheLine_bytes = 64;
+    const std::byte* node = nodes_[index].get();
+    for (std::size_t i = 0; i < Node::numBytes(capacity_); i += kCacheLine_bytes) {
+      __builtin_prefetch(node + i);
+    }
+  }
+
+  /// One beyond the greatest index that a node has, or can have without more memory.
+  [[nodiscard]] std::size_t endIndex() const { return nodes_.size(); }
+  /// Number of nodes in use.
+  [[nodiscard]] std::size_t numItems() const { return nodes_.size() - unused_.size(); }
+  /// Bytes held from the allocator.
+  [[nodiscard]] std::size_t numBytes() const;
 
  private:
   int capacity_;
+  std::vector<std::unique_ptr<std::byte[]>> nodes_;  ///< By index.
+  std::vector<NodeIndex> unused_;                    ///< Those with memory are last.
+  std::size_t num_ready_ = 0;                        ///< Number of unused nodes with memory.
 };
 
 }  // namespace cuboid_mapping
