@@ -59,7 +59,7 @@ class Drive {
     configs_[1].sensor_model.hit = 0.65;
     configs_[1].ranges.max_range_m = 4.0;
     configs_[1].limits.min_range_m = 0.5;
-    configs_[1].limits.crop_map = {Eigen::Vector3d(-20, -20, -1), Eigen::Vector3d(20, 20, 1.5)};
+    configs_[1].limits.crop_map = MetricBox{{-20, -20, -1}, {20, 20, 1.5}};
     configs_[2].marks = false;
     configs_[3].clears = false;
   }

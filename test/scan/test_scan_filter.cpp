@@ -48,7 +48,7 @@ TEST(ScanFilter, AMinRangeThatIsNaNIsRefused) {
 TEST(ScanFilter, PointsOutsideTheCropBoxAreLeftOutItsFacesAreInside) {
   Scan scan = makeTestScan();
   ScanLimits limits;
-  limits.crop_map = {{1.5, -1.0, -kInfinity}, {3.0, 1.0, kInfinity}};
+  limits.crop_map = MetricBox{{1.5, -1.0, -kInfinity}, {3.0, 1.0, kInfinity}};
   const FilterCounts counts = filterScan(scan, limits);
   EXPECT_EQ(scan.points, (Points{{1.5F, 0.0F, 0.0F}, {3.0F, 0.0F, 0.0F}}));
   EXPECT_EQ(counts.num_outside_crop, 2U);
@@ -62,7 +62,10 @@ TEST(ScanFilter, EachFaceOfTheCropBoxCutsOnItsOwn) {
       scan.points[0][axis] = -1.0F;
       scan.points[1][axis] = 1.0F;
       ScanLimits limits;
-      (is_upper ? limits.crop_map.max_m : limits.crop_map.min_m)[axis] = 0.0;
+      MetricBox& crop = limits.crop_map.emplace();
+      crop.min_m.setConstant(-kInfinity);
+      crop.max_m.setConstant(kInfinity);
+      (is_upper ? crop.max_m : crop.min_m)[axis] = 0.0;
       EXPECT_EQ(filterScan(scan, limits).num_outside_crop, 1U);
       ASSERT_EQ(scan.points.size(), 1U);
       EXPECT_EQ(scan.points[0][axis], is_upper ? -1.0F : 1.0F);
@@ -74,7 +77,7 @@ TEST(ScanFilter, TheCropBoxIsInTheMapFrameWhateverTheAnchor) {
   Scan scan = makeTestScan();
   scan.anchor_map = {500000.0, 5000000.0, 0.0};
   ScanLimits limits;
-  limits.crop_map = {{500002.0, 4999999.0, -1.0}, {500004.0, 5000001.0, 1.0}};
+  limits.crop_map = MetricBox{{500002.0, 4999999.0, -1.0}, {500004.0, 5000001.0, 1.0}};
   const FilterCounts counts = filterScan(scan, limits);
   EXPECT_EQ(scan.points, (Points{{3.0F, 0.0F, 0.0F}}));
   EXPECT_EQ(counts.num_outside_crop, 3U);
@@ -84,7 +87,7 @@ TEST(ScanFilter, APointThatFailsBothCountsOnceAsTooNear) {
   Scan scan = makeTestScan();
   ScanLimits limits;
   limits.min_range_m = 1.0;
-  limits.crop_map = {{10.0, 10.0, 10.0}, {11.0, 11.0, 11.0}};
+  limits.crop_map = MetricBox{{10.0, 10.0, 10.0}, {11.0, 11.0, 11.0}};
   const FilterCounts counts = filterScan(scan, limits);
   EXPECT_TRUE(scan.points.empty());
   EXPECT_EQ(counts.num_too_near, 1U);
@@ -103,7 +106,7 @@ TEST(ScanFilter, NoReturnsAllStay) {
   Scan scan = makeTestScan();
   ScanLimits limits;
   limits.min_range_m = 1.0;
-  limits.crop_map = {{10.0, 10.0, 10.0}, {11.0, 11.0, 11.0}};
+  limits.crop_map = MetricBox{{10.0, 10.0, 10.0}, {11.0, 11.0, 11.0}};
   filterScan(scan, limits);
   EXPECT_EQ(scan.no_returns, makeTestScan().no_returns);
 }

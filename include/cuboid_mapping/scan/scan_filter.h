@@ -5,16 +5,15 @@
 #include "cuboid_mapping/scan/scan.h"
 
 #include <cstddef>
-#include <limits>
+#include <optional>
 
 namespace cuboid_mapping {
 
 /// Limits of the points that take part.
 struct ScanLimits {
   double min_range_m = 0.0;  ///< Nearer points are left out.
-  /// Crop box, faces included: points outside are left out. Default: no limit.
-  MetricBox crop_map = {Eigen::Vector3d::Constant(-std::numeric_limits<double>::infinity()),
-                        Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity())};
+  /// Crop box, faces included: points outside are left out.
+  std::optional<MetricBox> crop_map = std::nullopt;
 };
 
 /// Whether a point lies in a box whose faces are inside; false for NaN.

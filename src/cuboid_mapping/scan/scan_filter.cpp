@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 namespace cuboid_mapping {
+
 bool isInside(const MetricBox& box, const Eigen::Vector3d& point) {
   return (point.array() >= box.min_m.array()).all() && (point.array() <= box.max_m.array()).all();
 }
@@ -21,7 +22,8 @@ FilterCounts filterScan(Scan& scan, const ScanLimits& limits) {
       ++counts.num_too_near;
       return true;
     }
-    if (!isInside(limits.crop_map, scan.anchor_map + point.cast<double>())) {
+    if (limits.crop_map ? !isInside(*limits.crop_map, scan.anchor_map + point.cast<double>())
+                        : point.hasNaN()) {
       ++counts.num_outside_crop;
       return true;
     }
