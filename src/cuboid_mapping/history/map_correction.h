@@ -42,9 +42,8 @@ struct HistoryEvent {
                                  const Eigen::Isometry3d& T_map_new, double distance_m);
 
 struct MapCorrection::Implementation {
-  Implementation(PoseTrack new_poses, const CorrectionRule& correction_rule,
-                 const MapConfig& config)
-      : track(std::move(new_poses)), rule(correction_rule), map(config) {}
+  Implementation(PoseTrack new_poses, const CorrectionRule& correction_rule, CuboidMap base)
+      : track(std::move(new_poses)), rule(correction_rule), map(std::move(base)) {}
 
   [[nodiscard]] Eigen::Isometry3d newPose(const StampedPose& old) const;
   [[nodiscard]] bool moves(const HistoryEvent& cloud) const {

@@ -21,14 +21,17 @@
 namespace cuboid_mapping {
 namespace {
 
+bool isSame(const std::optional<MetricBox>& a, const std::optional<MetricBox>& b) {
+  if (!a || !b) return a.has_value() == b.has_value();
+  return a->min_m == b->min_m && a->max_m == b->max_m;
+}
+
 bool isSame(const ObservationConfig& a, const ObservationConfig& b) {
   return !(a.sensor_model != b.sensor_model) && a.ranges.max_range_m == b.ranges.max_range_m &&
          a.ranges.end_margin_m == b.ranges.end_margin_m &&
          a.ranges.keep_surfaces == b.ranges.keep_surfaces &&
          a.limits.min_range_m == b.limits.min_range_m &&
-         a.limits.crop_map.min_m == b.limits.crop_map.min_m &&
-         a.limits.crop_map.max_m == b.limits.crop_map.max_m && a.marks == b.marks &&
-         a.clears == b.clears;
+         isSame(a.limits.crop_map, b.limits.crop_map) && a.marks == b.marks && a.clears == b.clears;
 }
 
 /// @throws std::invalid_argument  with all errors.
@@ -243,8 +246,7 @@ double MapHistory::step_m() const { return implementation_->clouds.step_m(); }
 
 void MapHistory::restart(const CuboidMap& map) {
   Implementation& own = *implementation_;
-  CuboidMap base(map.config());
-  restoreSnapshot(takeSnapshot(map, ""), base);
+  CuboidMap base = copyOf(map);
   std::vector<CellBox> locked = base.lockedBoxes();
   const std::lock_guard<std::mutex> lock(own.mutex);
   own.clouds.clear();
@@ -336,14 +338,13 @@ MapCorrection MapHistory::begin(const PoseTrack& poses, const CorrectionRule& ru
                                 ", the clouds of " + describeTimes(old.begin_ns(), old.end_ns()) +
                                 ". Give poses with the stamps of the clouds, or keep more");
   }
-  auto made = std::make_unique<MapCorrection::Implementation>(poses, rule, own.base.config());
+  auto made = std::make_unique<MapCorrection::Implementation>(poses, rule, copyOf(own.base));
   made->T_new_first = findMotion(old, poses, poses.begin_ns());
   made->T_new_last = findMotion(old, poses, poses.end_ns());
   made->gap_motions = findGapMotions(old, poses);
   made->start = own.start;
   made->hold = own.hold;
   made->motion = made->motionOf(*own.findFirstCloud());
-  restoreSnapshot(takeSnapshot(own.base, ""), made->map);
   return MapCorrection(std::move(made));
 }
 
