@@ -150,6 +150,23 @@ TEST(FreeBoxes, refuseNoBoxesAndEmptyRegions) {
   EXPECT_FALSE(findFreeBoxes(map, task, Budget::unlimited()).fault.empty());
 }
 
+TEST(FreeBoxes, endWithAnyBudget) {
+  Random random(3935);
+  const CuboidMap map = test::mapOfUpdates(random, 8);
+  FreeBoxesTask task;
+  task.max_boxes = 3;
+  const FreeBoxes all = *findFreeBoxes(map, task, Budget::unlimited());
+  std::size_t num_spent = 0;
+  for (QueryLimits limits{1e9, 0};; ++limits.max_bricks, ++num_spent) {
+    Budget budget(limits);
+    const auto found = findFreeBoxes(map, task, budget);
+    if (found.status == AnswerStatus::kBudgetSpent) continue;
+    EXPECT_EQ(found->boxes, all.boxes);
+    break;
+  }
+  EXPECT_GT(num_spent, 50U);
+}
+
 TEST(FreeBoxes, sayThatTheBudgetIsSpent) {
   Random random(3933);
   const CuboidMap map = test::mapOfUpdates(random, 8);

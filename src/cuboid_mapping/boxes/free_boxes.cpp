@@ -104,6 +104,7 @@ class FreeBoxSearch {
 
   void plant(const CellBox& seed) {
     if (!may_overlap_ && !left_.contains(seed)) {
+      if (budget_.isSpent()) return;  // It was not looked up: no box may have taken a part of it.
       for (const CellBox& piece : subtractAll({seed}, boxes_)) plant(piece);
       return;
     }
