@@ -82,7 +82,9 @@ std::unique_ptr<SqliteDatabase> openForReading(const std::string& file) {
   std::error_code ignored;
   if (!std::filesystem::exists(file, ignored)) {
     throw MapFileError(MapFileDefect::kInaccessible,
-                       "cannot read " + file + ": No such file or directory");
+                       file +
+                           " cannot be read: No such file or directory. Check that the folder is "
+                           "there, and the name");
   }
   auto database = std::make_unique<SqliteDatabase>(file, SQLITE_OPEN_READONLY);
   const int code = sqlite3_exec(database->handle(), "SELECT count(*) FROM sqlite_master", nullptr,
