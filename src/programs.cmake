@@ -123,7 +123,7 @@ cuboid_mapping_configure(example_planner)
 target_link_libraries(example_planner PRIVATE cuboid_mapping::client ${tf2_ros_LIBRARIES})
 
 # For scripts/reference.
-add_executable(print_parameters tools/print_parameters.cpp)
+add_executable(print_parameters tools/print_parameters.cpp tools/parameter_pages.cpp)
 cuboid_mapping_configure(print_parameters)
 target_link_libraries(print_parameters PRIVATE cuboid_mapping_ros cuboid_mapping_command_line)
 

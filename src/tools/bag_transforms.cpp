@@ -8,9 +8,13 @@
 #include "cuboid_mapping/ros/middleware/to_and_fro.h"
 
 #include <console_bridge/console.h>
+#include <tf2_eigen/tf2_eigen.h>
 #include <tf2_msgs/TFMessage.h>
+#include <boost/lexical_cast/try_lexical_convert.hpp>
 
 #include <algorithm>
+#include <cmath>
+#include <optional>
 #include <set>
 #include <stdexcept>
 
@@ -29,6 +33,33 @@ bool isStatic(const std::string& topic) { return endsWith(topic, kStaticEnding);
 /// The name without _static.
 std::string mainTopic(const std::string& topic) {
   return isStatic(topic) ? topic.substr(0, topic.size() - (sizeof(kStaticEnding) - 1)) : topic;
+}
+
+/// Parses "parent child x y z yaw pitch roll", or "... x y z qx qy qz qw", in metres and radians, the arguments
+/// of static_transform_publisher; nothing for another text.
+std::optional<geometry_msgs::TransformStamped> parseTransform(const std::string& text) {
+  const std::vector<std::string> words = wordsOf(text);
+  if (words.size() != 8 && words.size() != 9) return std::nullopt;
+  std::vector<double> numbers(words.size() - 2);
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    if (!boost::conversion::try_lexical_convert(words[i + 2], numbers[i]) ||
+        !std::isfinite(numbers[i])) {
+      return std::nullopt;
+    }
+  }
+  Eigen::Quaterniond rotation = Eigen::AngleAxisd(numbers[3], Eigen::Vector3d::UnitZ()) *
+                                Eigen::AngleAxisd(numbers[4], Eigen::Vector3d::UnitY()) *
+                                Eigen::AngleAxisd(numbers[5], Eigen::Vector3d::UnitX());
+  if (numbers.size() == 7) {
+    rotation = Eigen::Quaterniond(numbers[6], numbers[3], numbers[4], numbers[5]);
+    if (!(std::abs(rotation.norm() - 1.0) <= 0.1)) return std::nullopt;
+  }
+  geometry_msgs::TransformStamped transform;
+  transform.header.frame_id = words[0];
+  transform.child_frame_id = words[1];
+  tf2::toMsg(Eigen::Vector3d(numbers[0], numbers[1], numbers[2]), transform.transform.translation);
+  transform.transform.rotation = tf2::toMsg(rotation);
+  return tidyTransform(transform);
 }
 
 /// Counts messages of tf2 about transforms, instead of printing each line.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Prints the parameters of the node for scripts/reference.
 #include "command_line.h"
-#include "cuboid_mapping/ros/parameters/parameters.h"
+#include "parameter_pages.h"
 
 #include <iostream>
 #include <stdexcept>

@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/ros/parameters/parameter_table.h"
 
+#include "parameter_pages.h"
 #include "ros/keep_cases.h"
 #include "ros/known_parameters.h"
 #include "ros/parameter_cases.h"

@@ -5,7 +5,6 @@
 #include "cuboid_mapping/io/text.h"
 
 #include <tf2_eigen/tf2_eigen.h>
-#include <boost/lexical_cast/try_lexical_convert.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -115,31 +114,6 @@ geometry_msgs::TransformStamped tidyTransform(geometry_msgs::TransformStamped tr
     return transform;
   for (double* number : {&q.x, &q.y, &q.z, &q.w}) *number /= length;
   return transform;
-}
-
-std::optional<geometry_msgs::TransformStamped> parseTransform(const std::string& text) {
-  const std::vector<std::string> words = wordsOf(text);
-  if (words.size() != 8 && words.size() != 9) return std::nullopt;
-  std::vector<double> numbers(words.size() - 2);
-  for (std::size_t i = 0; i < numbers.size(); ++i) {
-    if (!boost::conversion::try_lexical_convert(words[i + 2], numbers[i]) ||
-        !std::isfinite(numbers[i])) {
-      return std::nullopt;
-    }
-  }
-  Eigen::Quaterniond rotation = Eigen::AngleAxisd(numbers[3], Eigen::Vector3d::UnitZ()) *
-                                Eigen::AngleAxisd(numbers[4], Eigen::Vector3d::UnitY()) *
-                                Eigen::AngleAxisd(numbers[5], Eigen::Vector3d::UnitX());
-  if (numbers.size() == 7) {
-    rotation = Eigen::Quaterniond(numbers[6], numbers[3], numbers[4], numbers[5]);
-    if (!(std::abs(rotation.norm() - 1.0) <= 0.1)) return std::nullopt;
-  }
-  geometry_msgs::TransformStamped transform;
-  transform.header.frame_id = words[0];
-  transform.child_frame_id = words[1];
-  tf2::toMsg(Eigen::Vector3d(numbers[0], numbers[1], numbers[2]), transform.transform.translation);
-  transform.transform.rotation = tf2::toMsg(rotation);
-  return tidyTransform(transform);
 }
 
 }  // namespace cuboid_mapping_ros

@@ -51,11 +51,6 @@ struct TfLookup {
 [[nodiscard]] geometry_msgs::TransformStamped tidyTransform(
     geometry_msgs::TransformStamped transform);
 
-/// Parses "parent child x y z yaw pitch roll", or "... x y z qx qy qz qw", in metres and radians, the arguments
-/// of static_transform_publisher; nothing for another text.
-[[nodiscard]] std::optional<geometry_msgs::TransformStamped> parseTransform(
-    const std::string& text);
-
 /// A frame and its ancestors, the root last.
 [[nodiscard]] std::vector<std::string> findAncestors(const tf2::BufferCore& tf,
                                                      const std::string& frame_id);

@@ -241,6 +241,30 @@ std::optional<ParameterError> findRetired(const std::string& key) {
   return ParameterError{key, "belongs to an earlier version: " + retired->second};
 }
 
+const std::map<std::string, std::string>& octomapServerOnly() {
+  static const std::string kChanges = "changes are published on cuboid_map_updates";
+  static const std::string kColors =
+      "occupied_cells_vis_array is coloured by height, and free_cells_vis_array is green";
+  static const std::map<std::string, std::string> kNames = {
+      {"track_changes", kChanges},
+      {"listen_changes", kChanges},
+      {"topic_changes", kChanges},
+      {"change_id_frame", kChanges},
+      {"min_change_pub", kChanges},
+      {"incremental_2D_projection", "projected_map is always updated incrementally"},
+      {"max_depth", "cells of all sizes are shown"},
+      {"compress_map", "octrees are always pruned"},
+      {"colored_map", "cells have no colours in this map"},
+      {"height_map", kColors},
+      {"color_factor", kColors},
+      {"color", kColors},
+      {"color_free", kColors},
+      {"publish_free_space", "free_cells_vis_array is published for whoever subscribes to it"},
+      {"latch", "a new subscriber always gets the current map at once"},
+  };
+  return kNames;
+}
+
 const std::set<std::string>& parametersOfOthers() {
   static const std::set<std::string> kKeys{"num_worker_threads", "diagnostic_period"};
   return kKeys;

@@ -46,9 +46,6 @@ struct FeatureParameters {
 /// All parameters; keys with the same part before the slash are neighbours.
 [[nodiscard]] const std::vector<ParameterDeclaration>& parameterTable();
 
-/// Whether octomap_server has a parameter of this name.
-[[nodiscard]] bool isOfOctomapServer(const std::string& key);
-
 /// Another name of a parameter. Its value counts where the parameter is not set, and there is a warning.
 struct OtherName {
   std::string name;

@@ -306,13 +306,6 @@ void readReferences(NodeParameters& parameters, const FindText& find_text);
                                                          const NodeParameters& others,
                                                          const std::string& word);
 
-/// Text of doc/parameters.md: key, default with its unit, allowed values and help of each parameter, in
-/// groups; names of octomap_server are in bold.
-[[nodiscard]] std::string toMarkdownTable();
-
-/// Text of config/default.yaml: every parameter with its default, help as comments.
-[[nodiscard]] std::string toYaml();
-
 /// Maximum number of entries of an answer. @param entry_bytes  Size of an entry, > 0.
 [[nodiscard]] std::size_t maxEntries(const ServiceLimits& limits, std::size_t entry_bytes);
 
