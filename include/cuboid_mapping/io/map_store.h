@@ -112,9 +112,11 @@ class MapStore {
 
 /// Replaces the content of a store by a map, in one transaction; see MapStore::replaceAll(). A store that it creates is
 /// removed after an error.
+///@{
 void writeStore(const std::string& file, const MapSnapshot& head, const std::vector<Cell>& pages,
                 const MapStore::BricksOfPage& bricks_of);
 void writeStore(const std::string& file, const MapSnapshot& snapshot,
                 const ProgressListener& listener = {});
+///@}
 
 }  // namespace cuboid_mapping
