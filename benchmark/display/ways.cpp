@@ -34,14 +34,14 @@ class MarkerWay : public Way {
                                                                cuboid_mapping_ros::MarkerStyle{});
     publisher_ = nh_.advertise<visualization_msgs::MarkerArray>("occupied_cuboids", 10, true);
     num_boxes_ = static_cast<double>(countCuboids(map).occupied);
-    publisher_.publish(cache_->update(map, inMap()));
+    publisher_.publish(update(map));
     display_ = window.addDisplay("rviz/MarkerArray", false);
     display_->subProp("Marker Topic")->setValue("occupied_cuboids");
     display_->setEnabled(true);
   }
   std::optional<double> send(const CuboidMap& map, const ChangeSet& changes) override {
     cache_->noteChanges(changes);
-    const visualization_msgs::MarkerArray markers = cache_->update(map, inMap());
+    const visualization_msgs::MarkerArray markers = update(map);
     std::size_t num_boxes = 0;
     for (const auto& marker : markers.markers) num_boxes += marker.points.size();
     publisher_.publish(markers);
@@ -49,6 +49,11 @@ class MarkerWay : public Way {
   }
 
  private:
+  visualization_msgs::MarkerArray update(const CuboidMap& map) {
+    cache_->read(map, Budget::unlimited());
+    return cache_->takeDifference(inMap());
+  }
+
   std::unique_ptr<cuboid_mapping_ros::MarkerCache> cache_;
   ros::Publisher publisher_;
 };

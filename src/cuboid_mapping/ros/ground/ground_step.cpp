@@ -47,8 +47,8 @@ class Silence {
   Silence& operator=(const Silence&) = delete;
 
  private:
-  static inline std::mutex mutex_;
-  std::lock_guard<std::mutex> lock_{mutex_};
+  static inline std::mutex mutex;
+  std::lock_guard<std::mutex> lock_{mutex};
   pcl::console::VERBOSITY_LEVEL level_ = pcl::console::getVerbosityLevel();
 };
 
