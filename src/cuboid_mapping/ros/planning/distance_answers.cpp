@@ -120,17 +120,12 @@ void answer(ServiceCall& call, const FindNearest::Request& request,
   const auto answer_point = [&](const CuboidMap& map, std::size_t i, Budget& budget) {
     const auto nearest = findNearest(map, points[i], request.k, filter, budget, max_m).value;
     if (budget.isSpent()) return;
-    std::vector<MapCuboid> cuboids;
-    for (const NearestCuboid& near : nearest) {
-      if (!budget.spendAndUnlock()) return;
-      cuboids.push_back(cuboidMessage(map, near.cuboid, Budget::unlimited()));
-    }
-    response.cuboids.insert(response.cuboids.end(), cuboids.begin(), cuboids.end());
     response.counts[i] = static_cast<std::uint32_t>(nearest.size());
     for (const NearestCuboid& near : nearest) {
       response.distance.push_back(std::max(0.0, near.distance_m - inflation_m));
       response.closest.push_back(toPoint(near.closest_point_map));
       response.direction.push_back(toVector3(near.direction_map));
+      response.cuboids.push_back(cuboidMessage(map, near.cuboid, Budget::unlimited()));
     }
   };
   call.readEach(kNearestPoints, points.size(), answer_point);

@@ -61,7 +61,7 @@ bool addCuboids(const CuboidMap& map, const Answer<std::vector<Cuboid>>& selecte
                 std::vector<MapCuboid>& cuboids) {
   cuboids.reserve(selected.value.size());
   for (const Cuboid& cuboid : selected.value) {
-    if (!budget.spendAndUnlock()) break;
+    if (!budget.spend()) break;
     cuboids.push_back(cuboidMessage(map, cuboid, budget));
   }
   return selected.status == AnswerStatus::kBudgetSpent;
