@@ -59,6 +59,8 @@ def read_sections(file):
 
 
 def main():
+    if len(sys.argv) != 2 or sys.argv[1] in ('-h', '--help'):
+        sys.exit(__doc__)
     folder = pathlib.Path(sys.argv[1])
     files = [folder / 'index.html', *sorted(folder.glob('md_*.html'))]
     sections = [section for file in files for section in read_sections(file)]

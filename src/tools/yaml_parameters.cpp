@@ -22,15 +22,21 @@ XmlRpcValue toScalar(const YAML::Node& node) {
   return XmlRpcValue(node.Scalar());
 }
 
-XmlRpcValue toValue(const YAML::Node& node) {
+constexpr int kMaxDepth = 100;
+
+/// @param depth  Number of lists and groups around it: an alias can lie in itself.
+XmlRpcValue toValue(const YAML::Node& node, int depth = 0) {
+  if (depth > kMaxDepth)
+    throw std::runtime_error("more than 100 lists or groups lie in each other");
   XmlRpcValue value;
   if (node.IsScalar()) return toScalar(node);
   if (node.IsMap()) {
-    for (const auto& entry : node) value[entry.first.as<std::string>()] = toValue(entry.second);
+    for (const auto& entry : node)
+      value[entry.first.as<std::string>()] = toValue(entry.second, depth + 1);
   } else if (node.IsSequence()) {
     value.setSize(static_cast<int>(node.size()));
     for (int i = 0; i < static_cast<int>(node.size()); ++i) {
-      value[i] = toValue(node[static_cast<std::size_t>(i)]);
+      value[i] = toValue(node[static_cast<std::size_t>(i)], depth + 1);
     }
   }
   return value;

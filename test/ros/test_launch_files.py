@@ -17,6 +17,7 @@ from unittest import mock
 
 import yaml
 from roslaunch.arg_dump import dump_args
+from sensor_msgs.msg import Image, PointCloud2, PointField
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 os.environ['ROS_PACKAGE_PATH'] = f"{ROOT}:{os.environ.get('ROS_PACKAGE_PATH', '')}"
@@ -211,10 +212,24 @@ echo "$*" >>"{starts}"
 {last}
 ''')
                 rviz.chmod(0o755)
-                end = subprocess.run(['bash', '-c', show_map.RUN_RVIZ, 'show_map', rviz, '-d', 'a file'],
+                copies = tempfile.mkdtemp(dir=folder)
+                end = subprocess.run(['bash', '-c', show_map.RUN_RVIZ, 'show_map', copies, rviz, '-d', 'a file'],
                                      capture_output=True, check=False)
+                self.assertFalse(pathlib.Path(copies).exists())
                 self.assertEqual(end.returncode, status)
                 self.assertEqual(starts.read_text().splitlines(), num_starts * ['-d a file'])
+
+    def test_a_first_message_that_cannot_be_read_leaves_the_camera(self):
+        show_map = load_script('show_map')
+        cloud = PointCloud2(point_step=4, data=bytes(8), fields=[PointField('x', 8, 7, 1), PointField('y', 0, 7, 1), PointField('z', 0, 7, 1)])
+        for message in (cloud, PointCloud2(), PointCloud2(fields=cloud.fields), Image(encoding='32FC1', data=bytes(3))):
+            data = io.BytesIO()
+            message.serialize(data)
+            raw = mock.Mock(_connection_header={'type': message._type}, _buff=data.getvalue())
+            with mock.patch.object(show_map.rospy, 'wait_for_message', return_value=raw), \
+                    mock.patch.object(show_map.rospy, 'logwarn') as warn:
+                self.assertIsNone(show_map.wait_for_sensor())
+                self.assertEqual(warn.call_count, 1)
 
     def test_what_is_shown_is_what_the_node_has(self):
         show_map = load_script('show_map')

@@ -124,6 +124,15 @@ class MoveitObjectsTest(unittest.TestCase):
         for frame in ('', 'nowhere'):
             self.assertIsInstance(transforms(frame), str)
 
+    def test_a_region_is_a_text_or_a_list(self):
+        with mock.patch.object(sys, 'argv', ['moveit_objects', '--help']):
+            to_region = runpy.run_path(str(PROGRAM))['to_region']
+        self.assertEqual(to_region('-1 -1 0 1 1 2.5'), [-1, -1, 0, 1, 1, 2.5])
+        self.assertEqual(to_region([-1, -1, 0, 1, 1, 2.5]), [-1, -1, 0, 1, 1, 2.5])
+        self.assertEqual(to_region(''), [])
+        for wrong in ('1 2 3', '1, 2, 3, 4, 5, 6', [1, 2], 7, {'x': 1}, [[1], 2, 3, 4, 5, 6]):
+            self.assertRaises(SystemExit, to_region, wrong)
+
     def test_refuses_what_has_no_end(self):
         made = make_object('plane')
         made.planes = [CLASSES['shape_msgs/Plane']()]

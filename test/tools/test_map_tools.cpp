@@ -309,6 +309,7 @@ TEST_F(BagToMap, takesTheParametersOfTheNode) {
        std::vector<std::vector<std::string>>{{"--set", "resolutoin=0.1"},
                                              {"--set", "sensor_model/hit=0.2"},
                                              {"--set", "fusion"},
+                                             {"--set", "sources=&a [*a]"},
                                              {"--set", "hot_bricks=0"},
                                              {"--params", "/no/file.yaml"},
                                              {"--topic", "/nothing"},
