@@ -231,6 +231,14 @@ echo "$*" >>"{starts}"
                 self.assertIsNone(show_map.wait_for_sensor())
                 self.assertEqual(warn.call_count, 1)
 
+    def test_show_map_can_be_stopped_while_it_waits_for_the_sensor(self):
+        show_map = load_script('show_map')
+        with mock.patch.object(show_map, 'rospy') as rospy, mock.patch.object(show_map.os, 'execvp') as execvp, \
+                mock.patch.object(show_map, 'adapt', side_effect=KeyboardInterrupt):
+            rospy.myargv.return_value = ['show_map']
+            show_map.main()  # Raises nothing.
+            execvp.assert_not_called()
+
     def test_what_is_shown_is_what_the_node_has(self):
         show_map = load_script('show_map')
         with tempfile.TemporaryDirectory() as folder, mock.patch.object(show_map, 'rospy') as rospy, \
