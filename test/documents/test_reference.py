@@ -10,7 +10,7 @@ import sys
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-PROGRAMS = pathlib.Path(sys.argv.pop()) if len(sys.argv) > 1 else ROOT / 'devel/lib/cuboid_mapping'
+PROGRAMS = pathlib.Path(sys.argv.pop()) if __name__ == '__main__' and len(sys.argv) > 1 else ROOT / 'devel/lib/cuboid_mapping'
 loader = importlib.machinery.SourceFileLoader('reference', str(ROOT / 'scripts/reference'))
 reference = importlib.util.module_from_spec(importlib.util.spec_from_loader('reference', loader))
 loader.exec_module(reference)
