@@ -2,6 +2,7 @@
 // A guarded map with a window: nobody waits for the disk.
 #include "cuboid_mapping/io/map_store.h"
 #include "cuboid_mapping/ros/map/guarded_map.h"
+#include "support/full_disk.h"
 #include "support/watched_disk.h"
 #include "tools/run_program.h"
 
@@ -11,6 +12,7 @@
 #include <functional>
 #include <future>
 #include <memory>
+#include <string>
 #include <vector>
 
 namespace cuboid_mapping_ros {
@@ -80,7 +82,7 @@ TEST_F(GuardedWindow, OthersReadTheMapWhileACloudMovesTheWindow) {
 
 TEST_F(GuardedWindow, OthersReadTheMapWhileItIsSaved) {
   stayAt(0);
-  expectOthersReadDuring([this] { map_->save(); });
+  expectOthersReadDuring([this] { EXPECT_EQ(map_->save(), ""); });
   expectOthersReadDuring([this] { map_->saveHead(); });
   expectOthersReadDuring([this] { map_->replaceAll([](CuboidMap& map) { return map.clear(); }); });
 }
@@ -88,17 +90,28 @@ TEST_F(GuardedWindow, OthersReadTheMapWhileItIsSaved) {
 TEST_F(GuardedWindow, ASaveDoesNotWaitForALongReader) {
   stayAt(0);
   map_->read([this](const CuboidMap& /*map*/) {
-        auto save = std::async(std::launch::async, [this] { map_->save(); });
+        auto save = std::async(std::launch::async, [this] { EXPECT_EQ(map_->save(), ""); });
         EXPECT_EQ(save.wait_for(std::chrono::seconds(5)), std::future_status::ready);
         return save;
       })
       .get();
 }
 
+TEST_F(GuardedWindow, ASaveReturnsItsOwnErrorOnly) {
+  stayAt(0);
+  {
+    const cuboid_mapping::test::FullDisk full;
+    const std::string error = map_->save();
+    EXPECT_EQ(error.rfind(file_, 0), 0U) << error;
+  }
+  EXPECT_EQ(map_->save(), "");
+  EXPECT_GT(map_->windowFigures()->num_failures, 0U);
+}
+
 TEST_F(GuardedWindow, OthersReadTheMapWhilePagesAreLoaded) {
   const CellBox box{{0, 0, 0}, {8, 8, 8}};
   stayAt(0);
-  map_->save();
+  ASSERT_EQ(map_->save(), "");
   open();
   ASSERT_EQ(map_->countNotLoaded(box), 1U);
   expectOthersReadDuring([&] { map_->load(box); });

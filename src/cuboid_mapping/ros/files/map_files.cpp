@@ -127,7 +127,10 @@ StorageAnswer MapFiles::load(const std::string& file, const LoadMap::Request& re
 }
 
 void MapFiles::autosave() {
-  saveWindow();
+  // Diagnostics count this failure, too, but not at the end of the node.
+  if (const std::string error = map_.save(); !error.empty()) {
+    ROS_ERROR_STREAM_NAMED(kNodeName, "map not saved to " << window_file_ << ": " << error);
+  }
   auto state = stateOf(map_);
   if (state == saved_) return;
   std::string error = window_file_.empty() ? "" : trySaveLocks(window_file_);
@@ -137,19 +140,6 @@ void MapFiles::autosave() {
   if (error.empty()) saved_ = std::move(state);
   const std::lock_guard<std::mutex> lock(error_mutex_);
   autosave_error_ = error;
-}
-
-/// Diagnostics count failures, too, but not at the end of the node.
-void MapFiles::saveWindow() {
-  const auto count_failures = [&] {
-    const auto window = map_.windowFigures();
-    return window ? window->num_failures : 0;
-  };
-  const std::uint64_t before = count_failures();
-  map_.save();
-  if (count_failures() == before) return;
-  ROS_ERROR_STREAM_NAMED(
-      kNodeName, "map not saved to " << window_file_ << ": " << map_.windowFigures()->last_failure);
 }
 
 std::string MapFiles::saveToAutosaveFile() {

@@ -37,7 +37,6 @@ class MapFiles : public MapFeature {
   void onLoad(const LoadMap::Request& request, LoadMap::Response& response);
   StorageAnswer load(const std::string& file, const LoadMap::Request& request);
   void autosave();
-  void saveWindow();
   /// @return Error; empty: it is saved, with its locked boxes.
   [[nodiscard]] std::string saveToAutosaveFile();
   /// saveLocks(); returns its error, and logs it.

@@ -120,16 +120,18 @@ std::optional<WindowFigures> GuardedMap::windowFigures() const {
   return window_->figures();
 }
 
-void GuardedMap::save() {
-  if (!window_) return;
+std::string GuardedMap::save() {
+  if (!window_) return {};
   constexpr int kMaxTurns = 100000;  // Clouds change the map meanwhile.
-  for (int turn = 0; turn < kMaxTurns; ++turn) {
+  for (int turn = 0;; ++turn) {
     const Changing changing(change_);
     if (window_->arePagesStale()) {
       const WriteLock alone(mutex_);
       window_->refresh();
     }
-    if (!window_->saveSome()) return;
+    if (turn < kMaxTurns && window_->saveSome()) continue;
+    // Has nothing to write, unless saveSome() has failed.
+    return window_->save() ? "" : window_->figures().last_failure;
   }
 }
 

@@ -197,9 +197,9 @@ class GuardedMap {
   void load(const CellBox& box, const std::atomic<bool>* is_stopped = nullptr);
   /// Figures of the window; nothing without one.
   [[nodiscard]] std::optional<WindowFigures> windowFigures() const;
-  /// Writes changes to the disk, some pages at a time, so that others get their turn. The figures of the window
-  /// count failures.
-  void save();
+  /// Writes changes to the disk, some pages at a time, so that others get their turn.
+  /// @return Error, which the figures of the window count, too; empty: all is saved, or there is no window.
+  [[nodiscard]] std::string save();
   /// Writes the sensor model of the map to the store.
   void saveHead();
 
