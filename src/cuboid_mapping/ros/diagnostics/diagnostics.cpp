@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/map/cuboid_search.h"
+#include "cuboid_mapping/ros/middleware/published_topics.h"
 
 #include <diagnostic_msgs/DiagnosticStatus.h>
 
@@ -209,14 +210,6 @@ MapSummary MapWatch::summarize(const CuboidMap& map) {
   }
   return {map.revision(), counts_, map.voxels().numFreeVoxels(), map.voxels().numOccupiedVoxels(),
           map.numBytes()};
-}
-
-std::string describeUnheard(std::size_t num_publishers, bool is_published,
-                            const std::string& check) {
-  if (num_publishers > 0) return ": " + check;
-  if (!is_published) return ", nobody publishes it: " + check;
-  return ", though it is published: the machines do not reach each other (set ROS_IP on each), or "
-         "the publisher's log says that it has another version of the message";
 }
 
 ReportSummary summarize(const NodeReport& report, const NodeStatistics& last_report) {

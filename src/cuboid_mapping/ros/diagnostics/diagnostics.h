@@ -64,11 +64,6 @@ struct SourceRate {
   double rate_hz = 0.0;
 };
 
-/// Cause and cure if no message comes on a topic. @param is_published  The master knows a publisher.
-/// @param check  What else to do.
-[[nodiscard]] std::string describeUnheard(std::size_t num_publishers, bool is_published,
-                                          const std::string& check);
-
 /// Content of one report.
 struct NodeReport {
   NodeStatistics statistics;

@@ -4,8 +4,8 @@
 #include "cuboid_mapping/GetObservations.h"
 #include "cuboid_mapping/io/scan_update_codec.h"
 #include "cuboid_mapping/io/text.h"
-#include "cuboid_mapping/ros/mapping/node_sources.h"
 #include "cuboid_mapping/ros/middleware/names.h"
+#include "cuboid_mapping/ros/middleware/published_topics.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 
 #include <diagnostic_msgs/DiagnosticStatus.h>

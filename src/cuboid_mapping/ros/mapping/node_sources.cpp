@@ -3,9 +3,9 @@
 
 #include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/mapping/source_subscriber.h"
+#include "cuboid_mapping/ros/middleware/published_topics.h"
 
 #include <ros/console.h>
-#include <ros/master.h>
 #include <ros/this_node.h>
 #include <ros/time.h>
 
@@ -16,19 +16,6 @@
 #include <set>
 
 namespace cuboid_mapping_ros {
-
-std::map<std::string, std::string> publishedTypes() {
-  // Not by ros::master::getTopics(), which waits for a master that is gone.
-  XmlRpc::XmlRpcValue request;
-  request[0] = ros::this_node::getName();
-  request[1] = "";
-  XmlRpc::XmlRpcValue response;
-  XmlRpc::XmlRpcValue topics;
-  if (!ros::master::execute("getPublishedTopics", request, response, topics, false)) return {};
-  std::map<std::string, std::string> types;
-  for (int i = 0; i < topics.size(); ++i) types[topics[i][0]] = std::string(topics[i][1]);
-  return types;
-}
 
 namespace {
 

@@ -10,18 +10,12 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 namespace cuboid_mapping_ros {
-
-/// Message types of all topics that are published, by name; empty if the master does not answer.
-///
-/// Asks the master once, without waiting for it.
-[[nodiscard]] std::map<std::string, std::string> publishedTypes();
 
 /// The topics of a node's sources: subscribers, statistics, diagnostics. Not thread-safe.
 class NodeSources {
