@@ -171,7 +171,8 @@ cuboid_mapping_add_part(client
   cuboid_mapping/io/packed_bricks.cpp
   cuboid_mapping/ros/cuboid_map_client.cpp
   cuboid_mapping/ros/conversions/map_messages.cpp
-  cuboid_mapping/ros/middleware/callback_guard.cpp)
+  cuboid_mapping/ros/middleware/callback_guard.cpp
+  cuboid_mapping/ros/middleware/published_topics.cpp)
 add_dependencies(cuboid_mapping_client
   ${cuboid_mapping_EXPORTED_TARGETS} ${catkin_EXPORTED_TARGETS})
 target_include_directories(cuboid_mapping_client SYSTEM PUBLIC "$<BUILD_INTERFACE:${catkin_INCLUDE_DIRS}>")
@@ -194,7 +195,7 @@ endif()
 # The ROS layer: parameters, conversions, the node, and a folder for each feature of ros/features.cpp.
 file(GLOB sources CONFIGURE_DEPENDS RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} cuboid_mapping/ros/features.cpp cuboid_mapping/ros/*/*.cpp)
 list(FILTER sources EXCLUDE REGEX
-  "/(callback_guard|map_messages|mapping_node_main|nodelet_plugin|${left_out_description})\\.cpp$")
+  "/(callback_guard|map_messages|mapping_node_main|nodelet_plugin|published_topics|${left_out_description})\\.cpp$")
 add_library(cuboid_mapping_ros ${sources})
 # Three units of the same size keep two cores busy to the end of a build.
 set_target_properties(cuboid_mapping_ros PROPERTIES UNITY_BUILD_BATCH_SIZE 20)

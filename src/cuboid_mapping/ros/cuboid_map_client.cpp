@@ -6,6 +6,7 @@
 #include "cuboid_mapping/ros/middleware/callback_guard.h"
 #include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/names.h"
+#include "cuboid_mapping/ros/middleware/published_topics.h"
 #include "cuboid_mapping/sharing/shared_map_follower.h"
 
 #include <ros/console.h>
@@ -174,13 +175,14 @@ struct CuboidMapClient::Implementation {
     return now - awaited_since < ros::WallDuration(kImagePatience_s);
   }
 
-  /// Says so if neither a message nor the service of the named server is there.
+  /// Says so if no message has come, and there is no connection on which one could come.
   void noticeMissingServer() {
     const ros::SteadyTime now = ros::SteadyTime::now();
-    if (!heard_server.empty() || now < missing_due) return;
+    const bool is_connected = image_subscriber.getNumPublishers() > 0;
+    if (!heard_server.empty() || is_connected || now < missing_due) return;
     missing_due = now + ros::WallDuration(kMissingPeriod_s);
     const std::string service = nh.resolveName(getMapName());
-    if (isAdvertised(service)) return;
+    if (isAdvertised(service)) return sayWhatIsMissing();
     ROS_WARN_STREAM("no map has come on " << image_subscriber.getTopic() << ", and no node offers "
                                           << service
                                           << ": start the node, or give its name as `server`");
@@ -211,10 +213,12 @@ struct CuboidMapClient::Implementation {
   }
 
   void sayWhatIsMissing() const {
-    const char* reason = image_subscriber.getNumPublishers() == 0
-                             ? ": nobody publishes it; does the node run, in this namespace?"
-                             : ", though it has a publisher";
-    ROS_WARN_STREAM("no map has come on " << image_subscriber.getTopic() << reason);
+    const std::string topic = image_subscriber.getTopic();
+    const bool is_published = publishedTypes().count(topic) > 0;
+    const std::string reason =
+        describeUnheard(image_subscriber.getNumPublishers(), is_published,
+                        "check that the node runs in this namespace, and maps clouds");
+    ROS_WARN_STREAM("no map has come on " << topic << reason);
   }
 
   CallbackGuard guard;

@@ -350,7 +350,7 @@ TEST_F(NodeClientTest, HasAnEmptyMapWithoutAServer) {
   const cuboid_mapping_ros::CuboidMapClient client(elsewhere, "/nobody");
   LogProbe log;
   EXPECT_FALSE(client.waitForMap(ros::WallDuration(3.5)));
-  EXPECT_TRUE(log.waitForLine("no map has come on /elsewhere/cuboid_map: nobody publishes it"));
+  EXPECT_TRUE(log.waitForLine("no map has come on /elsewhere/cuboid_map, nobody publishes it"));
   EXPECT_FALSE(client.hasMap());
   EXPECT_EQ(client.revision(), 0U);
   EXPECT_EQ(client.frameId(), "");
@@ -375,7 +375,18 @@ TEST_F(NodeClientTest, SaysWhatIsMissingWhenItGivesUp) {
   const cuboid_mapping_ros::CuboidMapClient client(elsewhere, "/nobody");
   LogProbe log;
   EXPECT_FALSE(client.waitForMap(ros::WallDuration(0.2)));
-  EXPECT_TRUE(log.waitForLine("no map has come on /elsewhere/cuboid_map: nobody publishes it"));
+  EXPECT_TRUE(log.waitForLine("no map has come on /elsewhere/cuboid_map, nobody publishes it"));
+}
+
+TEST_F(NodeClientTest, SaysThatItsTopicIsPublishedButDoesNotConnect) {
+  ros::NodeHandle elsewhere("elsewhere");
+  auto options = ros::AdvertiseOptions::create<cuboid_mapping::FullCuboidMap>(kCuboidMapTopic, 1,
+                                                                              {}, {}, {}, nullptr);
+  options.md5sum = std::string(options.md5sum.size(), '1');
+  const CuboidMapClient client(elsewhere, kNode);  // First: roscpp refuses it in the same process.
+  const ros::Publisher publisher = elsewhere.advertise(options);
+  LogProbe log;
+  EXPECT_TRUE(log.waitForLine("no map has come on /elsewhere/cuboid_map, though it is published"));
 }
 
 }  // namespace
