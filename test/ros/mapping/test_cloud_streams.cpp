@@ -105,6 +105,13 @@ class CloudStreams : public ::testing::Test {
     tf_.setTransform(transform, "test");
   }
 
+  [[nodiscard]] PoseSearch findPosesAt(double stamp_s) const {
+    std_msgs::Header header;
+    header.frame_id = "lidar";
+    header.stamp = ros::Time(stamp_s);
+    return findPoses(tf_, PoseFrames(parameters_, parameters_.source), header, {});
+  }
+
   CloudQueue::Callbacks makeCallbacks() {
     CloudQueue::Callbacks callbacks;
     callbacks.find_poses = [this](const SensorMessage& cloud, const Slices& slices) {
@@ -137,10 +144,7 @@ class CloudStreams : public ::testing::Test {
 
 TEST_F(CloudStreams, ACloudThatIsAheadOfTfSaysByHowMuch) {
   putTf(kStart_s);
-  std_msgs::Header header;
-  header.frame_id = "lidar";
-  header.stamp = ros::Time(kStart_s + 0.25);
-  const PoseSearch search = findPoses(tf_, PoseFrames(parameters_, parameters_.source), header, {});
+  const PoseSearch search = findPosesAt(kStart_s + 0.25);
   EXPECT_FALSE(search.poses);
   ASSERT_TRUE(search.lead_s);
   EXPECT_NEAR(*search.lead_s, 0.25, 1e-6);
@@ -149,10 +153,7 @@ TEST_F(CloudStreams, ACloudThatIsAheadOfTfSaysByHowMuch) {
 TEST_F(CloudStreams, TransformsWithoutACommonTimeAreNamed) {
   putTf(kStart_s, "map", "base");
   putTf(kStart_s + 20.0, "base", "lidar");
-  std_msgs::Header header;
-  header.frame_id = "lidar";
-  header.stamp = ros::Time(kStart_s + 20.0);
-  const PoseSearch search = findPoses(tf_, PoseFrames(parameters_, parameters_.source), header, {});
+  const PoseSearch search = findPosesAt(kStart_s + 20.0);
   EXPECT_FALSE(search.poses);
   EXPECT_TRUE(search.names_cure);
   EXPECT_EQ(search.why.rfind("the transforms between 'lidar' and 'map' have no time in common", 0),

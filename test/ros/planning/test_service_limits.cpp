@@ -311,46 +311,6 @@ TEST_F(ServiceLimitsTest, SayThatTheNodeStops) {
   expectCut(answer<CheckBoxes>(with({}), makeBoxes()), "the node stops");
 }
 
-TEST_F(ServiceLimitsTest, RefuseToSetPlatesAndRodsOfTooManyBricks) {
-  SetBox::Request request;
-  request.occupancy = SetBox::Request::OCCUPIED;
-  request.boxes = {box({0, 0, 0}, {5000, 5000, 0.1})};  // 2.5e9 voxels, one thick.
-  expectRefusal(answer<SetBox>(in_frame_, request), "bricks");
-  request.boxes = {box({0, 0, 0}, {3000000, 0.1, 0.1})};  // 3e7 voxels: 3.75e6 bricks.
-  expectRefusal(answer<SetBox>(in_frame_, request), "bricks");
-}
-
-TEST_F(ServiceLimitsTest, LetCloudsInWhileALargeBoxIsSet) {
-  SetBox::Request request;
-  request.occupancy = SetBox::Request::OCCUPIED;
-  request.lock = true;
-  request.boxes = {box({10.3, 0.3, 0.3}, {40.1, 29.7, 20.2})};  // Not aligned to bricks.
-  std::uint64_t first_revision = 0;
-  std::uint64_t num_between = 0;
-  std::atomic<bool> is_done{false};
-  std::thread clouds([&] {
-    while (!is_done) {
-      map_.edit([&](CuboidMap& map, const ros::Time&) {
-        if (first_revision == 0) first_revision = map.revision();
-        num_between += map.revision() > first_revision ? 1 : 0;
-        return cuboid_mapping::ChangeSet{map.revision(), false, {}};
-      });
-    }
-  });
-  const auto response = answer<SetBox>(in_frame_, request);
-  is_done = true;
-  clouds.join();
-  EXPECT_TRUE(response.info.success) << response.info.message;
-  EXPECT_FALSE(response.info.truncated);
-  EXPECT_EQ(response.info.answered, 1U);
-  EXPECT_GT(response.info.revision, 10U) << "in parts";
-  map_.read([&](const CuboidMap& map, const ros::Time&) {
-    EXPECT_EQ(map.voxels().numOccupiedVoxels(), 70.0 + 298.0 * 294.0 * 199.0);
-    EXPECT_EQ(map.lockedBoxes().size(), 1U);
-    return 0;
-  });
-}
-
 TEST_F(ServiceLimitsTest, AnswerWithValuesOfTheRevisionOfTheCuboids) {
   std::vector<cuboid_mapping::UniformBox> rods;  // None joins another.
   for (int x = 0; x < 1400; x += 2) {

@@ -134,8 +134,8 @@ void TfReceiver::take(const Event& event, bool is_static) {
                  !warning.empty()) {
         ROS_WARN_STREAM_NAMED(kNodeName, warning);
       }
-    } catch (
-        const std::runtime_error& exception) {  // Of tf, or of ros::Time for stamps near its end.
+    } catch (const std::runtime_error& exception) {
+      // Of tf, or of ros::Time for stamps near its end.
       ROS_ERROR_STREAM_THROTTLE(10.0, "a transform of '" << transform.child_frame_id
                                                          << "' is ignored: " << exception.what());
     }
