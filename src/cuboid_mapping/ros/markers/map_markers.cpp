@@ -2,33 +2,97 @@
 #include "cuboid_mapping/ros/markers/map_markers.h"
 
 #include "cuboid_mapping/query/height_range.h"
+#include "cuboid_mapping/ros/middleware/names.h"
+#include "cuboid_mapping/ros/middleware/tf_lookup.h"
+
+#include <visualization_msgs/MarkerArray.h>
+
+#include <algorithm>
 
 namespace cuboid_mapping_ros {
 
-MapMarkers::MapMarkers(const MapHost& host)
-    : map_(host.map),
-      occupied_(host.nh, CuboidFilter::kOccupied, host.parameters, host.map),
-      free_(host.nh, CuboidFilter::kFree, host.parameters, host.map) {}
-
-void MapMarkers::onChanges(const MapChanges& changes) {
-  if (changes.changed.is_everything || !changes.changed.bricks.empty()) is_span_old_ = true;
-  occupied_.noteChanges(changes.changed);
-  free_.noteChanges(changes.changed);
+MarkerTopic::MarkerTopic(const ros::NodeHandle& nh, CuboidFilter filter,
+                         const NodeParameters& parameters, const GuardedMap& map)
+    : map_(map),
+      cache_(map.grid(), {filter}),
+      has_colors_(filter == CuboidFilter::kOccupied),
+      is_span_old_(has_colors_),
+      keyframe_period_(parameters.keyframe_period_s),
+      last_picture_(ros::SteadyTime::now()),
+      topic_(
+          nh, has_colors_ ? kOccupiedCuboidsTopic : kFreeCuboidsTopic, kQueueSize,
+          [this](const auto& listener) { onConnect(listener); },
+          [this](const auto& /*listener*/) { onDisconnect(); }) {
+  header_.frame_id = withoutSlash(parameters.frame_id);
 }
 
-void MapMarkers::publish() {
+void MarkerTopic::noteChanges(const ChangeSet& changes) {
+  if (changes.is_everything || !changes.bricks.empty()) is_span_old_ = has_colors_;
+  cache_.noteChanges(changes);
+}
+
+void MarkerTopic::readMap() {
+  const auto read = [this](const CuboidMap& map, const ros::Time& stamp, Budget& budget) {
+    header_.stamp = stamp;
+    cache_.read(map, budget);
+    return 0;
+  };
+  map_.readInTurns({}, nullptr, read);
+}
+
+void MarkerTopic::publish() {
+  const ros::SteadyTime start = ros::SteadyTime::now();
+  if (num_listeners_ == 0 || start < next_) return;
   updateColorSpan();
-  occupied_.publish();
-  free_.publish();
+  if (cache_.hasChanges()) publishDifference();
+  if (isKeyframeDue()) publishPicture();
+  const ros::SteadyTime end = ros::SteadyTime::now();
+  next_ = std::min(endOfRest(start, end), end + ros::WallDuration(kMaxRest_s));
 }
 
-void MapMarkers::updateColorSpan() {
-  if (!occupied_.hasListeners() || !is_span_old_) return;
+void MarkerTopic::updateColorSpan() {
+  if (!is_span_old_) return;
   is_span_old_ = false;
   const auto span = map_.read([](const CuboidMap& map) { return findHeightRange(map); });
   if (color_span_ && !isOtherSpan(span, *color_span_)) return;
   color_span_ = span;
-  occupied_.setColorSpan(span);
+  cache_.setColorSpan(span);
+}
+
+bool MarkerTopic::isKeyframeDue() const {
+  return owes_keyframe_ && !keyframe_period_.isZero() &&
+         ros::SteadyTime::now() - last_picture_ >= keyframe_period_;
+}
+
+void MarkerTopic::publishDifference() {
+  readMap();
+  owes_keyframe_ = true;  // Set even if a later step fails: a keyframe repairs it.
+  const visualization_msgs::MarkerArray difference = cache_.takeDifference(header_);
+  if (difference.markers.empty()) return;
+  if (!isKeyframeDue()) topic_.publish(difference);
+}
+
+void MarkerTopic::publishPicture() {
+  topic_.publish(cache_.makePicture(header_));
+  owes_keyframe_ = false;
+  last_picture_ = ros::SteadyTime::now();
+}
+
+void MarkerTopic::onConnect(const ros::SingleSubscriberPublisher& listener) {
+  ++num_listeners_;
+  // The other subscribers have this picture, too: all get the later changes with the next
+  // publish().
+  if (num_listeners_ == 1) {
+    readMap();
+    (void)cache_.takeDifference(header_);
+  }
+  listener.publish(cache_.makePicture(header_));
+}
+
+void MarkerTopic::onDisconnect() {
+  if (--num_listeners_ > 0) return;
+  cache_.release();
+  owes_keyframe_ = false;
 }
 
 }  // namespace cuboid_mapping_ros
