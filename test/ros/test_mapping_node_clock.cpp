@@ -75,5 +75,27 @@ TEST_F(NodeClockTest, EveryRoundOfALoopIsMapped) {
   EXPECT_EQ(diagnostics_.status().number("clouds dropped"), 0);
 }
 
+TEST_F(NodeClockTest, MessagesMayOvertakeTheClockWhenALoopBeginsAgain) {
+  constexpr double kEnd_s = 9000.0;  // The round is longer than the memory of tf.
+  setClock(kEnd_s);
+  long num_inserted = diagnostics_.status().number("clouds inserted");
+  const long num_dropped = diagnostics_.status().number("clouds dropped");
+  for (int round = 0; round < 2; ++round) {
+    setClock(kEnd_s);
+    publishTf(kEnd_s - 0.1);
+    publishTf(kEnd_s + 0.1);
+    publishCloud(kEnd_s);
+    ASSERT_TRUE(waitForNumber("clouds inserted", ++num_inserted)) << diagnostics_.status().message;
+    if (round == 0) publishCloud(1000.0);  // Of the next round.
+    setClock(1000.0);
+    publishTf(kEnd_s + 0.2);  // Of this one.
+    publishTf(999.9);
+    publishTf(1000.1);
+    if (round == 1) publishCloud(1000.0);
+    ASSERT_TRUE(waitForNumber("clouds inserted", ++num_inserted)) << diagnostics_.status().message;
+  }
+  EXPECT_EQ(diagnostics_.status().number("clouds dropped"), num_dropped);
+}
+
 }  // namespace
 }  // namespace cuboid_mapping_ros::test

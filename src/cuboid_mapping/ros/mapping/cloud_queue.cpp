@@ -19,6 +19,9 @@ namespace {
 constexpr std::chrono::milliseconds kTfPeriod{50};
 constexpr std::chrono::milliseconds kIdlePeriod{1000};
 
+/// Time in which simulated time may jump back after a cloud.
+constexpr double kClockPatience_s = 1.0;
+
 /// Runs work that makes a text. Without memory, the text stays empty, or nothing is logged.
 template <typename WorkT>
 void unlessOutOfMemory(const WorkT& work) {
@@ -173,6 +176,10 @@ std::optional<DropReason> CloudQueue::findReason(Entry& entry) const {
     const bool has_jumped = newest_tf_s > now.toSec() + TfReceiver::kMinJump_s;
     // On arrival it was older than what tf keeps, although tf was not.
     const double oldest_s = std::min(entry.since.toSec(), newest_tf_s) - search.cache_s;
+    // A recording that starts again may send clouds before its first /clock.
+    const bool may_jump =
+        ros::Time::isSimTime() && callbacks_.clock_s() - entry.arrival_s < kClockPatience_s;
+    if (stamp_s < oldest_s && may_jump) return std::nullopt;
     if (stamp_s < oldest_s) return DropReason::kTooOldForTf;
     if (!has_jumped) return DropReason::kBeforeTf;
   } else if (search.hopeless) {

@@ -123,9 +123,13 @@ void TfReceiver::take(const Event& event, bool is_static) {
     buffer_.clear();
     moving_.clear();
     latest_ = now;
+    settled_ = now + ros::Duration(kMinJump_s);
   }
   latest_ = std::max(latest_, now);
   for (const auto& transform : event.getConstMessage()->transforms) {
+    const bool is_ahead = transform.header.stamp.toSec() > now.toSec() + kMinJump_s;
+    // Of the run before a jump: tf would ignore those of this run, which are older.
+    if (is_ahead && now < settled_ && !is_static) continue;
     try {
       buffer_.setTransform(transform, event.getPublisherName(), is_static);
       if (!is_static) {

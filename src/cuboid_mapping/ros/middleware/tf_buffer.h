@@ -101,7 +101,8 @@ class TfReceiver {
   TfBuffer& buffer_;
   std::map<std::string, Moving> moving_;
   StaticPublishers statics_;
-  ros::Time latest_;  ///< Latest time of the node.
+  ros::Time latest_;   ///< Latest time of the node.
+  ros::Time settled_;  ///< After a jump back, messages of the run before may come until this time.
   ros::Subscriber subscriber_;
   ros::Subscriber static_subscriber_;
 };
