@@ -15,14 +15,6 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-TEST(ParameterServer, DefaultYamlHoldsTheDefaults) {
-  const ros::NodeHandle handle("~default");
-  ASSERT_TRUE(handle.hasParam("sensor_model/max_range")) << "config/default.yaml is not loaded";
-  const LoadedParameters loaded = loadParameters(handle);
-  EXPECT_EQ(keysOf(loaded.errors), std::vector<std::string>{});
-  EXPECT_EQ(toLogLines(loaded.parameters), toLogLines(NodeParameters{}));
-}
-
 TEST(ParameterServer, PaperYamlIsTheMethodOfThePaper) {
   const LoadedParameters loaded = loadParameters(ros::NodeHandle("~paper"));
   EXPECT_EQ(keysOf(loaded.errors), std::vector<std::string>{});
@@ -51,7 +43,7 @@ TEST(ParameterServer, ValuesOfALaunchFileArrive) {
   EXPECT_EQ(loaded.parameters.queue_size, 24);
   EXPECT_EQ(loaded.parameters.source.max_range_m, std::numeric_limits<double>::infinity());
   EXPECT_EQ(loaded.parameters.source.crop.max_m.z(), 2.5e3);
-  EXPECT_TRUE(loaded.parameters.publish_values);
+  EXPECT_TRUE(loaded.parameters.source.keep_surfaces);
 }
 
 TEST(ParameterServer, AllErrorsOfALaunchFileAreListed) {
