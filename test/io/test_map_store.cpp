@@ -236,6 +236,7 @@ TEST(MapStore, refusesWhatIsNoStore) {
   const TemporaryFolder folder;
   Random random(817);
   const std::string file = folder / "map.sqlite";
+  const std::string missing = "No such file or directory. Check that the folder is there";
   for (const StoreAccess access : {StoreAccess::kRead, StoreAccess::kWrite}) {
     std::ofstream(file) << "a text that is longer than the head of a database, and then some more";
     const std::string before = test::readText(file);
@@ -250,10 +251,11 @@ TEST(MapStore, refusesWhatIsNoStore) {
     expectError(MapFileDefect::kNewerVersion, file, "update cuboid_mapping",
                 [&] { MapStore(file, access); });
     std::filesystem::remove(file);
-    expectError(MapFileDefect::kInaccessible, folder / "no", "Check that the folder is there",
+    expectError(MapFileDefect::kInaccessible, folder / "no", missing,
                 [&] { MapStore(folder / "no/map.sqlite", access); });
   }
-  expectError(MapFileDefect::kInaccessible, file, "", [&] { MapStore(file, StoreAccess::kRead); });
+  expectError(MapFileDefect::kInaccessible, file, missing,
+              [&] { MapStore(file, StoreAccess::kRead); });
 }
 
 TEST(MapStore, belongsToOneMap) {

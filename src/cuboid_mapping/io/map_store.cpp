@@ -79,17 +79,11 @@ std::string immutableUri(const std::string& file) {
 /// A database that can be read, also where nobody may write: SQLite could not make its index of the -wal there, which
 /// is not needed if no transaction waits in one.
 std::unique_ptr<SqliteDatabase> openForReading(const std::string& file) {
-  std::error_code ignored;
-  if (!std::filesystem::exists(file, ignored)) {
-    throw MapFileError(MapFileDefect::kInaccessible,
-                       file +
-                           " cannot be read: No such file or directory. Check that the folder is "
-                           "there, and the name");
-  }
   auto database = std::make_unique<SqliteDatabase>(file, SQLITE_OPEN_READONLY);
   const int code = sqlite3_exec(database->handle(), "SELECT count(*) FROM sqlite_master", nullptr,
                                 nullptr, nullptr);
   if (code != SQLITE_CANTOPEN && code != SQLITE_READONLY) return database;
+  std::error_code ignored;
   const std::string waiting = std::filesystem::canonical(file, ignored).string() + "-wal";
   if (std::filesystem::exists(waiting, ignored)) {
     throw MapFileError(MapFileDefect::kInaccessible,

@@ -2,6 +2,7 @@
 #include "cuboid_mapping/io/sqlite_database.h"
 
 #include <new>
+#include <system_error>
 #include <utility>
 
 namespace cuboid_mapping {
@@ -59,6 +60,11 @@ void SqliteDatabase::fail(int code) const {
     case SQLITE_FULL:
       say(MapFileDefect::kInaccessible, "cannot be written: the disk is full. Make room on it");
       break;
+    case SQLITE_CANTOPEN:
+      say(MapFileDefect::kInaccessible,
+          "cannot be opened: " + std::generic_category().message(sqlite3_system_errno(handle_)) +
+              ". Check that the folder is there, and the name");
+      break;
     case SQLITE_NOTADB:
       say(MapFileDefect::kForeign, "is not a store of a map: it is no SQLite file");
       break;
@@ -70,7 +76,7 @@ void SqliteDatabase::fail(int code) const {
     default:
       say(MapFileDefect::kInaccessible,
           "cannot be read or written: " + reason +
-              ". Check that the folder is there and may be written, and that the disk is not full");
+              ". Check that the folder may be written, and that the disk is not full");
   }
   throw std::bad_alloc();  // Not reached.
 }
