@@ -133,7 +133,7 @@ TEST(JoinedCuboids, leaveOutWhatTheBudgetDoesNotReach) {
   CuboidMap map;
   map.replace(kAllCells, std::vector<UniformBox>{{{{0, 0, 0}, {80, 8, 8}}, 1.0F}});
   QueryLimits limits;
-  limits.max_bricks = 4;
+  limits.max_bricks = 14;  // Each of ten bricks costs one to collect, and one to divide.
   Budget budget(limits);
   const auto joined = joinCuboids(map, kAllCells, CuboidFilter::kAll, budget);
   EXPECT_EQ(joined.status, AnswerStatus::kBudgetSpent);

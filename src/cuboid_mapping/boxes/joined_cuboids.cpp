@@ -29,7 +29,9 @@ class Joiner {
  public:
   Joiner(const CuboidMap& map, const CellBox& region, CuboidFilter classes, Budget& budget) {
     std::vector<const Brick*> bricks;
-    map.voxels().bricks().forEachIn(region, [&](const Brick& brick) { bricks.push_back(&brick); });
+    map.voxels().bricks().forEachIn(region, [&](const Brick& brick) {
+      if (budget.spend()) bricks.push_back(&brick);
+    });
     std::sort(bricks.begin(), bricks.end(), [](const Brick* a, const Brick* b) {
       return isBeforeOnMortonCurve(a->brick, b->brick);
     });
