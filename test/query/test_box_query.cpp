@@ -78,6 +78,16 @@ TEST(BoxQuery, isAllUnknownOutsideTheMap) {
             Occupancy::kUnknown);
 }
 
+TEST(BoxQuery, isFreeLooksNoFartherThanTheMapWhereUnknownSpaceIsFree) {
+  const CuboidMap map = threeVoxels();
+  QueryLimits limits;
+  limits.max_bricks = 1;
+  Budget budget(limits);
+  EXPECT_TRUE(isFree(map, {{3, -1e6, -1e6}, {1e6, 1e6, 1e6}}, UnknownPolicy::kFree, budget));
+  EXPECT_FALSE(isFree(map, {{2, -1e6, -1e6}, {1e6, 1e6, 1e6}}, UnknownPolicy::kFree, budget));
+  EXPECT_FALSE(budget.isSpent());
+}
+
 TEST(BoxQuery, isNothingForABoxThatIsNoBox) {
   const CuboidMap map = threeVoxels();
   EXPECT_FALSE(queryBox(map, row(3.0, 0.0), Budget::unlimited()).isFound()) << "inverted";

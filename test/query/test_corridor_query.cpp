@@ -112,6 +112,22 @@ TEST(CorridorQuery, saysWhyThereIsNone) {
   EXPECT_EQ(endOf(find(map, task)), "goal") << "outside the region";
 }
 
+TEST(CorridorQuery, growsThroughUnknownSpaceUpToAFarRegionAtOnce) {
+  CorridorTask task = throughTheDoor();
+  task.region = kAllCells;
+  QueryLimits limits;
+  limits.max_bricks = 20'000;
+  Budget budget(limits);
+  const auto found = findCorridor(roomWithDoor(3), task, UnknownPolicy::kFree, budget);
+  ASSERT_EQ(endOf(found), "found");
+  EXPECT_FALSE(budget.isSpent());
+  const std::int32_t least = kAllCells.min.x;
+  const std::int32_t last = kAllCells.max.x;
+  EXPECT_EQ(found->boxes, (std::vector<CellBox>{{{least, least, least}, {10, last, last}},
+                                                {{least, 2, least}, {last, 5, last}},
+                                                {{11, least, least}, {last, last, last}}}));
+}
+
 TEST(CorridorQuery, keepsClearanceWhereThereIsRoom) {
   CorridorTask task = throughTheDoor();
   task.start_map.y() = task.goal_map.y() = 6.5;

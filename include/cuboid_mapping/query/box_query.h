@@ -44,7 +44,7 @@ Answer<BoxQueryResult> queryCells(const CuboidMap& map, const CellBox& box, Budg
 /// policy is kFree. Stops at the first obstacle.
 ///
 /// Also false if there is no answer: queryBox() refuses the box, or the budget is spent.
-/// @complexity O(bricks of the box).
+/// @complexity O(bricks of the box; with kFree, of its part in the bounds of the map if these are fewer).
 [[nodiscard]] bool isFree(const CuboidMap& map, const MetricBox& box_map, UnknownPolicy policy,
                           Budget& budget);
 

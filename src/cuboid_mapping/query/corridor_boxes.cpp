@@ -32,14 +32,22 @@ Eigen::Vector3d findCrossing(const MetricBox& box, const Eigen::Vector3d& from,
 
 }  // namespace
 
-/// Moves each face outwards, a voxel at a time in turn, until an obstacle or the region stops it.
+/// The next slab beyond a face: one voxel, or all up to the region where no obstacle can be.
+CellBox CorridorBoxes::nextSlab(const CellBox& box, int face) const {
+  const int axis = face % 3;
+  const CellBox rest = slabBeyond(
+      box, face, face < 3 ? box.min[axis] - region_.min[axis] : region_.max[axis] - box.max[axis]);
+  return rest.isEmpty() || !obstacles_.partWithAny(rest).isEmpty() ? slabBeyond(box, face) : rest;
+}
+
+/// Moves each face outwards, slab by slab in turn, until an obstacle or the region stops it.
 CellBox CorridorBoxes::grow(CellBox box) const {
   bool is_moving[6] = {true, true, true, true, true, true};
   for (bool is_any = true; is_any;) {
     is_any = false;
     for (int face = 0; face < 6; ++face) {
       if (!is_moving[face]) continue;
-      const CellBox slab = slabBeyond(box, face);
+      const CellBox slab = nextSlab(box, face);
       is_moving[face] = region_.contains(slab) && !obstacles_.isAny(slab);
       if (is_moving[face]) box = unite(box, slab);
       is_any = is_any || is_moving[face];

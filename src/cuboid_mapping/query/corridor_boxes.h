@@ -22,6 +22,7 @@ class CorridorBoxes {
                                              const CellBox& goal) const;
 
  private:
+  [[nodiscard]] CellBox nextSlab(const CellBox& box, int face) const;
   [[nodiscard]] CellBox grow(CellBox box) const;
   void removeNeedless(std::vector<CellBox>& boxes, const CellBox& start, const CellBox& goal) const;
 

@@ -35,15 +35,12 @@ Answer<ObstacleDistance> findObstacleDistance(const CuboidMap& map,
   }
   const Obstacles obstacles(map, policy, budget);
   const double farthest = std::min(std::floor(bound), 1.0 * Grid::kMaxCell);
-  // Outside the known space, only unknown voxels can be obstacles.
-  const CellBox area =
-      policy == UnknownPolicy::kObstacle ? kAllCells : map.bounds().value_or(CellBox());
   double nearest = std::numeric_limits<double>::infinity();
   Cell away;
   // Searches growing cubes, until no voxel outside can be nearer.
   for (double reach = std::min(kBrickEdge / 2.0, farthest);;
        reach = std::min(2.0 * reach, farthest)) {
-    obstacles.visit(intersect(cellsWithin(*voxel, reach), area), [&](const Cell& obstacle) {
+    obstacles.visit(cellsWithin(*voxel, reach), [&](const Cell& obstacle) {
       const Cell from = *voxel - obstacle;
       const double distance = toVector(from).norm();
       if (distance >= nearest || distance > bound) return;

@@ -16,6 +16,11 @@ BrickMask Obstacles::ofMap(const Cell& brick) const {
   return voxels->isAllFree() ? BrickMask() : voxels->occupied() | ~voxels->known();
 }
 
+CellBox Obstacles::partWithAny(const CellBox& box) const {
+  if (blocks_unknown_ || more_ != nullptr) return box;
+  return intersect(box, map_.bounds().value_or(CellBox()));
+}
+
 bool Obstacles::isAnyInBrick(const Cell& brick, const CellBox& box) const {
   if (more_ != nullptr &&
       more_->inBrick(brick).intersects(BrickMask::ofBox(intersect(box, brickBox(brick))))) {
