@@ -132,8 +132,7 @@ TEST(StoreFaults, aWindowLosesNoPage) {
 /// A history whose limits let some clouds become fixed, and clouds for it.
 class HistoryDrive {
  public:
-  explicit HistoryDrive(std::uint64_t max_bytes)
-      : history_(tenthOfAMetre(), kStep_m, {max_bytes, 1e9}) {
+  explicit HistoryDrive(std::uint64_t max_bytes) : history_(tenthOfAMetre(), kStep_m, {max_bytes}) {
     Random random(31);
     for (int i = 0; i < 12; ++i) {
       KeptCloud cloud;
@@ -141,7 +140,6 @@ class HistoryDrive {
       cloud.T_map_body.translation().x() = 0.1 * i;
       cloud.scans_body.push_back(test::randomScan(random, {}));
       roundScan(cloud.scans_body.back(), kStep_m);
-      cloud.source = static_cast<std::size_t>(i);
       clouds_.push_back(std::move(cloud));
     }
   }

@@ -32,13 +32,11 @@ struct KeptCloud {
   /// Scans in the frame of the body, with anchors of 0 and rounded, see roundScan(). A sweep measured on the
   /// move has one scan for each slice, relative to the body at the stamp.
   std::vector<Scan> scans_body;
-  std::size_t source = 0;  ///< Number of its sensor; each has a clock of its own.
 };
 
-/// Limits of a MapHistory. Beyond them, clouds become fixed.
+/// Limits of a MapHistory. Beyond them, the oldest clouds become fixed.
 struct HistoryLimits {
   std::uint64_t max_bytes = std::uint64_t{1} << 30;  ///< Limit of the packed clouds.
-  double max_age_s = 1e9;  ///< Maximum age of a cloud, relative to the newest one.
 };
 
 /// Amounts in a MapHistory.
@@ -108,7 +106,7 @@ class MapCorrection {
 class MapHistory {
  public:
   /// @param config  Configuration of the map. @param step_m  See roundScan(): > 0.
-  /// @throws std::invalid_argument  for errors in them, and an age that is not >= 0.
+  /// @throws std::invalid_argument  for errors in them.
   MapHistory(const MapConfig& config, double step_m, const HistoryLimits& limits);
   ~MapHistory();
   MapHistory(const MapHistory&) = delete;

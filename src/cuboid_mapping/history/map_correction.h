@@ -20,7 +20,6 @@ namespace cuboid_mapping {
 struct HistoryEvent {
   std::shared_ptr<const ObservationConfig> config;  ///< Null for an edit.
   StampedPose pose;
-  std::int64_t time_ns = 0;  ///< By the StampClock.
   std::size_t num_bytes = 0;
   std::size_t num_points = 0;
   // Members of an edit:

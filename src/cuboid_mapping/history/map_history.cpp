@@ -4,7 +4,6 @@
 #include "cuboid_mapping/history/cloud_replay.h"
 #include "cuboid_mapping/history/kept_clouds.h"
 #include "cuboid_mapping/history/map_correction.h"
-#include "cuboid_mapping/history/stamp_clock.h"
 #include "cuboid_mapping/map/locked_boxes.h"
 #include "cuboid_mapping/map/mapper.h"
 
@@ -88,10 +87,7 @@ std::vector<CellBox> subtract(const std::vector<CellBox>& boxes,
 
 struct MapHistory::Implementation {
   Implementation(const MapConfig& config, double step_m, const HistoryLimits& history_limits)
-      : limits(history_limits), base(config), clouds(step_m) {
-    if (limits.max_age_s >= 0.0) return;
-    throw std::invalid_argument("the maximum age of a cloud must be a number >= 0, in seconds");
-  }
+      : limits(history_limits), base(config), clouds(step_m) {}
 
   /// Counts an event in the figures, or takes it out again.
   void count(const HistoryEvent& event, bool is_added) {
@@ -106,18 +102,15 @@ struct MapHistory::Implementation {
   }
 
   /// Adds a cloud and its scans, then keeps to the limits. Where it throws, the cloud is not there.
-  void addCloud(HistoryEvent event, const std::vector<Scan>& scans_body, std::size_t source) {
+  void addCloud(HistoryEvent event, const std::vector<Scan>& scans_body) {
     clouds.removeBefore(first);  // Those that became fixed.
-    StampClock clock_before = clock;
     event.num_bytes = clouds.add(first + events.size(), scans_body);
     append(std::move(event));
     try {
-      events.back().time_ns = clock.note(events.back().pose.stamp_ns, source);
-      while (hold.use_count() == 1 && !events.empty() && isOverLimits()) fixOldest();
+      while (hold.use_count() == 1 && !events.empty() && num_bytes > limits.max_bytes) fixOldest();
     } catch (...) {
       count(events.back(), false);
       events.pop_back();
-      clock = std::move(clock_before);
       throw;
     }
   }
@@ -149,13 +142,6 @@ struct MapHistory::Implementation {
   [[nodiscard]] std::deque<HistoryEvent>::const_iterator findFirstCloud() const {
     return std::find_if(events.begin(), events.end(),
                         [](const HistoryEvent& event) { return event.isCloud(); });
-  }
-
-  [[nodiscard]] bool isOverLimits() const {
-    if (num_bytes > limits.max_bytes) return true;
-    const auto oldest = findFirstCloud();
-    if (oldest == events.end()) return false;
-    return 1e-9 * static_cast<double>(clock.now_ns() - oldest->time_ns) > limits.max_age_s;
   }
 
   /// Puts the oldest event into the initial map. Where it throws, the event is not in it.
@@ -229,7 +215,6 @@ struct MapHistory::Implementation {
   CloudReplay fixing{base};
   std::vector<CellBox> locked;  ///< Locks after the last edit.
   std::uint64_t start = 0;      ///< Number of calls of restart().
-  StampClock clock;
   std::size_t num_clouds = 0;
   std::uint64_t num_bytes = 0;
   std::uint64_t num_points = 0;
@@ -256,7 +241,6 @@ void MapHistory::restart(const CuboidMap& map) {
   own.num_clouds = 0;
   own.num_bytes = 0;
   own.num_points = 0;
-  own.clock = StampClock();
   own.base = std::move(base);
   own.locked = std::move(locked);
   ++own.start;
@@ -274,7 +258,7 @@ void MapHistory::add(const KeptCloud& cloud, const ObservationConfig& config) {
     event.num_points += scan.points.size() + scan.no_returns.size() + scan.open_ends.size() +
                         scan.free_points.size();
   }
-  own.addCloud(std::move(event), cloud.scans_body, cloud.source);
+  own.addCloud(std::move(event), cloud.scans_body);
 }
 
 void MapHistory::addEdit(const CellBox& box, const CuboidMap& map, const CellBox& whole) {

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "cuboid_mapping/geometry/voxel_motion.h"
-#include "cuboid_mapping/history/stamp_clock.h"
 #include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/ros/middleware/stamp_clock.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
 
 #include <ros/time.h>

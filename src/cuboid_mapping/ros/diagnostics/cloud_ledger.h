@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cuboid_mapping/history/stamp_clock.h"
 #include "cuboid_mapping/ros/diagnostics/node_statistics.h"
 #include "cuboid_mapping/ros/middleware/rate_limit.h"
+#include "cuboid_mapping/ros/middleware/stamp_clock.h"
 #include "cuboid_mapping/ros/parameters/parameters.h"
 
 #include <ros/time.h>
@@ -67,7 +67,7 @@ class SpeedWatch {
     std::deque<double> durations_s;
   };
   std::vector<Source> sources_;
-  cuboid_mapping::StampClock clock_;
+  StampClock clock_;
   std::size_t num_inserted_ = 0;
   double reach_m_ = 0.0;  ///< Greatest reach of all clouds.
 };

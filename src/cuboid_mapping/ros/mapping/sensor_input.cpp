@@ -215,7 +215,6 @@ std::optional<KeptObservation> SensorInput::takeKept(const SensorMessage& cloud,
   if (!poses.body) return std::nullopt;
   KeptObservation kept;
   kept.cloud.stamp_ns = static_cast<std::int64_t>(cloud.header().stamp.toNSec());
-  kept.cloud.source = cloud.source;
   kept.cloud.T_map_body = poses.body->T_map_body;
   kept.cloud.scans_body = std::move(kept_scans_);
   kept.config.sensor_model = source_.sensor_model;

@@ -7,7 +7,7 @@
 #include <map>
 #include <optional>
 
-namespace cuboid_mapping {
+namespace cuboid_mapping_ros {
 
 /// One time for messages of several sources, whose clocks may differ, and some of whose stamps may be wrong.
 ///
@@ -57,4 +57,4 @@ class StampClock {
   std::optional<std::int64_t> now_ns_;
 };
 
-}  // namespace cuboid_mapping
+}  // namespace cuboid_mapping_ros
