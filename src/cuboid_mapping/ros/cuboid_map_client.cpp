@@ -175,14 +175,16 @@ struct CuboidMapClient::Implementation {
     return now - awaited_since < ros::WallDuration(kImagePatience_s);
   }
 
-  /// Says so if no message has come, and there is no connection on which one could come.
+  /// Says so if no message has come, and either the topic or the service of the named server is not there.
   void noticeMissingServer() {
     const ros::SteadyTime now = ros::SteadyTime::now();
-    const bool is_connected = image_subscriber.getNumPublishers() > 0;
-    if (!heard_server.empty() || is_connected || now < missing_due) return;
+    if (!heard_server.empty() || now < missing_due) return;
     missing_due = now + ros::WallDuration(kMissingPeriod_s);
     const std::string service = nh.resolveName(getMapName());
-    if (isAdvertised(service)) return sayWhatIsMissing();
+    if (isAdvertised(service)) {
+      if (image_subscriber.getNumPublishers() == 0) sayWhatIsMissing();
+      return;
+    }
     ROS_WARN_STREAM("no map has come on " << image_subscriber.getTopic() << ", and no node offers "
                                           << service
                                           << ": start the node, or give its name as `server`");

@@ -123,16 +123,18 @@ std::optional<WindowFigures> GuardedMap::windowFigures() const {
 std::string GuardedMap::save() {
   if (!window_) return {};
   constexpr int kMaxTurns = 100000;  // Clouds change the map meanwhile.
-  for (int turn = 0;; ++turn) {
+  for (int turn = 0; turn < kMaxTurns; ++turn) {
     const Changing changing(change_);
     if (window_->arePagesStale()) {
       const WriteLock alone(mutex_);
       window_->refresh();
     }
-    if (turn < kMaxTurns && window_->saveSome()) continue;
-    // Has nothing to write, unless saveSome() has failed.
-    return window_->save() ? "" : window_->figures().last_failure;
+    const std::uint64_t num_failures = window_->figures().num_failures;
+    if (window_->saveSome()) continue;
+    const WindowFigures figures = window_->figures();
+    return figures.num_failures > num_failures ? figures.last_failure : "";
   }
+  return "clouds change the map faster than it is saved";
 }
 
 void GuardedMap::saveHead() {
