@@ -186,6 +186,14 @@ TEST(MapHistory, refusesPosesOfAnotherTime) {
   }
 }
 
+TEST(MapHistory, refusesPosesBeyondAllVoxels) {
+  Drive drive(17, 1);
+  for (int i = 0; i < 5; ++i) drive.go();
+  const Eigen::Isometry3d far(Eigen::Translation3d(1e20, 0.0, 0.0));
+  EXPECT_THROW((void)drive.history().begin(PoseTrack({{Drive::stampOf(0), far}})),
+               std::invalid_argument);
+}
+
 TEST(MapHistory, followsThresholdsThatChangeBetweenTwoClouds) {
   MapConfig growth;
   growth.fusion = FusionKind::kGrowth;

@@ -143,7 +143,8 @@ class MapHistory {
   [[nodiscard]] double findShift_m(const PoseTrack& poses, double distance_m) const;
 
   /// Begins a correction, which catchUp() fills.
-  /// @throws std::invalid_argument  when no cloud is kept, or none lies within the new poses.
+  /// @throws std::invalid_argument  when no cloud is kept, none lies within the new poses, or a cloud would lie
+  ///         beyond kAllCells.
   [[nodiscard]] MapCorrection begin(const PoseTrack& poses, const CorrectionRule& rule = {});
 
   /// Rebuilds the map with other poses of the body, on the config's threads: begin() and catchUp(). Clouds and

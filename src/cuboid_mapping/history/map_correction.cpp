@@ -94,9 +94,10 @@ Cell MapCorrection::Implementation::shiftOf(const HistoryEvent& edit,
   if (!rule.edits_move || edit.whole.isEmpty()) return {0, 0, 0};
   const Eigen::Vector3d center = map.grid().centerOf(edit.whole);
   const Eigen::Vector3d shift = (motion_map * center - center) / map.grid().resolution();
+  constexpr double kMost = Grid::kMaxCell;
   Cell cells{};
   for (int axis = 0; axis < 3; ++axis) {
-    cells[axis] = static_cast<std::int32_t>(std::lround(shift[axis]));
+    cells[axis] = static_cast<std::int32_t>(std::lround(std::clamp(shift[axis], -kMost, kMost)));
   }
   return cells;
 }

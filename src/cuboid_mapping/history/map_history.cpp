@@ -329,6 +329,13 @@ MapCorrection MapHistory::begin(const PoseTrack& poses, const CorrectionRule& ru
   made->start = own.start;
   made->hold = own.hold;
   made->motion = made->motionOf(*own.findFirstCloud());
+  const auto is_beyond = [&](const HistoryEvent& event) {
+    return event.isCloud() && !made->map.grid().toCell(made->newPose(event.pose).translation());
+  };
+  if (std::any_of(own.events.begin(), own.events.end(), is_beyond)) {
+    throw std::invalid_argument(
+        "a new pose lies beyond all voxels: check the positions, in metres");
+  }
   return MapCorrection(std::move(made));
 }
 
