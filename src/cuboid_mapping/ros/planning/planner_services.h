@@ -22,7 +22,7 @@
 
 namespace cuboid_mapping_ros {
 
-// Answers of the services, see mapping/answers.h.
+// Answers of the services, see queries/answers.h.
 ///@{
 void answer(ServiceCall& call, const CheckPath::Request& request, CheckPath::Response& response);
 void answer(ServiceCall& call, const CheckPoses::Request& request, CheckPoses::Response& response);
@@ -41,7 +41,7 @@ void answer(ServiceCall& call, const FindCorridor::Request& request,
             FindCorridor::Response& response);
 ///@}
 
-// See mapping/answers.h.
+// See queries/answers.h.
 ///@{
 void fillBlank(const MapInFrame& anchor, const CheckPath::Request& request,
                CheckPath::Response& response);
