@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // `rosbag record` of a node's map: map_convert reads it, and clients get it when it is played without the node.
+#include "cuboid_mapping/CuboidMapUpdate.h"
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/ros/cuboid_map_client.h"
 #include "ros/driven_node.h"
@@ -73,6 +74,21 @@ TEST_P(NodeRecorded, ACloudIsPublishedAtOnceIfTheLastPublicationIsLongAgo) {
   drive(0.0, 0.0);
   EXPECT_TRUE(waitFor([&] { return num_messages > 1 && num_markers > 1; }))
       << "the next call of the timer is after 100 s";
+}
+
+TEST_P(NodeRecorded, EditsArePublishedAtTheRateAtMost) {
+  std::size_t num_messages = 0;
+  const ros::Subscriber subscriber = nh_.subscribe<cuboid_mapping::CuboidMapUpdate>(
+      "/cuboid_map_updates", 100,
+      [&](const cuboid_mapping::CuboidMapUpdate::ConstPtr&) { ++num_messages; });
+  start({"_publish_rate:=0.01"});
+  for (int i = 0; i < 10; ++i) {
+    setBox(2, false, Eigen::Vector3d(i, 0.0, 0.0), Eigen::Vector3d(i + 0.5, 0.5, 0.5));
+    (void)waitFor([&] { return num_messages > 0; });
+  }
+  ros::WallDuration(0.5).sleep();
+  ros::spinOnce();
+  EXPECT_EQ(num_messages, 1U);
 }
 
 // A nodelet has the same topics.

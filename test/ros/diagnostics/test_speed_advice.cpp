@@ -19,6 +19,21 @@ SpeedWatch makeWatch(double resolution_m, double duration_s, double rate_hz, dou
   return watch;
 }
 
+/// They enter the map whatever max_rate says, which is of clouds.
+TEST(CloudLedger, IgnoresNoObservationOfRobots) {
+  ros::Time::init();
+  NodeParameters parameters;
+  parameters.source.max_rate_hz = 1.0;
+  std_msgs::Header header;
+  header.stamp = ros::Time(100.0);
+  for (const bool has_robots : {false, true}) {
+    if (has_robots) parameters.fleet.robots = {"/robot1"};
+    CloudLedger ledger(parameters);
+    EXPECT_TRUE(ledger.noteReceived(0, header));
+    EXPECT_EQ(ledger.noteReceived(0, header), has_robots);
+  }
+}
+
 TEST(SpeedAdvice, SaysWhatWouldKeepUp) {
   EXPECT_EQ(makeWatch(0.05, 4.3, 10.0, 100.0).advice(),
             "4.3 s per cloud at 10 Hz: try resolution 0.2 or sensor_model/max_range 30");

@@ -33,8 +33,8 @@ SpeedWatch makeSpeedWatch(const NodeParameters& parameters) {
                     sourcesOf(parameters).size());
 }
 
-constexpr std::size_t kWindow =
-    20;  ///< Clouds of a source from which the rate and the time are taken.
+/// Clouds of a source from which the rate and the time are taken.
+constexpr std::size_t kWindow = 20;
 
 /// Common resolutions.
 constexpr std::array<double, 9> kResolutions_m{0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.5, 1.0, 2.0};
@@ -84,8 +84,10 @@ std::string remedy(double speedup, double resolution_m, double range_m) {
 
 CloudLedger::CloudLedger(const NodeParameters& parameters)
     : speed_watch_(makeSpeedWatch(parameters)) {
+  const bool has_clouds =
+      parameters.fleet.robots.empty();  // All observations of robots enter the map.
   for (const SourceParameters& source : sourcesOf(parameters)) {
-    rate_limits_.emplace_back(source.max_rate_hz);
+    rate_limits_.emplace_back(has_clouds ? source.max_rate_hz : 0.0);
   }
   figures_.sources.resize(rate_limits_.size());
   figures_.last_received = figures_.last_progress = Clock::now();

@@ -105,10 +105,10 @@ class CloudLedger {
     std::size_t last_source = 0;   ///< ... its source, ...
     ros::Time last_arrival;        ///< ... and its arrival.
     Clock::time_point last_received;
-    Clock::time_point
-        last_progress;    ///< Time of the last insertion or empty cloud, or of the first cloud.
-    double lag_s = 0.0;   ///< Of the last cloud in the map.
-    std::string tf_drop;  ///< Why the last cloud without transform was dropped, ...
+    /// Time of the last insertion or empty cloud, or of the first cloud.
+    Clock::time_point last_progress;
+    double lag_s = 0.0;              ///< Of the last cloud in the map.
+    std::string tf_drop;             ///< Why the last cloud without transform was dropped, ...
     std::size_t tf_drop_source = 0;  ///< ... and its source.
     std::optional<std::string> speed_advice;
   };

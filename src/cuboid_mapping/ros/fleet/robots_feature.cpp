@@ -41,7 +41,7 @@ RobotsFeature::RobotsFeature(const MapHost& host)
     std_msgs::Header header;
     header.frame_id = withoutSlash(host.parameters.frame_id);
     header.stamp = stampOf(observation);
-    if (!host.note_received(header)) return;
+    host.note_received(header);
     const MappedCloud cloud{0,
                             header.stamp,
                             Eigen::Vector3d::Zero(),

@@ -52,7 +52,7 @@ struct MapHost {
   ros::NodeHandle private_nh;          ///< The same in the private namespace.
   ros::NodeHandle services_nh;         ///< For services, in the private namespace: several threads.
   ros::NodeHandle public_services_nh;  ///< The same in the namespace of the node.
-  const NodeParameters& parameters;
+  const NodeParameters& parameters;    ///< Those of the start; see MapFeature::setParameters().
   GuardedMap& map;
   const MapInFrame& map_in_frame;
   const tf2::BufferCore& tf;
@@ -60,10 +60,11 @@ struct MapHost {
   GuardedQueue& slow_queue;  ///< For work of seconds, such as octrees: one thread of all features.
   const std::atomic<bool>& is_stopping;  ///< The node ends: ends long calls.
   std::function<bool()> is_paused;       ///< ~pause: nothing goes into the map.
-  std::function<void()> publish_soon;    ///< Publishes a change that no cloud has made.
+  std::function<void()>
+      publish_soon;  ///< Publishes a change that no cloud has made, within publish_rate.
   std::function<void()> note_replaced;  ///< Calls onReplaced() of all features, between two clouds.
-  /// Counts an observation that is not one of the node's sources. @return Whether it may be used.
-  std::function<bool(const std_msgs::Header&)> note_received;
+  /// Counts an observation that is not one of the node's sources.
+  std::function<void(const std_msgs::Header&)> note_received;
   /// Tells all features that an observation has entered the map; null: it was left out.
   std::function<void(const MappedCloud*)> note_mapped;
 };
@@ -77,8 +78,8 @@ struct MapChanges {
 
 /// A part of the node that hangs on its map: with topics, services, parameters and diagnostics of its own.
 ///
-/// The node calls the functions one after the other for each feature in the order of the list. Exceptions are
-/// counted, and do not keep the other features from their work.
+/// Each has a constructor (const MapHost&). The node calls the functions one after the other for each feature in the
+/// order of the list. What exceptions do: see NodeFeatures.
 class MapFeature {
  public:
   MapFeature() = default;
@@ -124,9 +125,9 @@ class MapFeature {
   /// Sets parameters that were changed while the node runs. Publishing thread.
   virtual void setParameters(const NodeParameters& /*parameters*/) {}
 
-  /// Adds to the node's report. Thread of the diagnostics, as the next two.
+  /// Adds to the node's report. Thread of the diagnostics.
   virtual void report(NodeReport& /*report*/) {}
-  /// Adds a status of its own.
+  /// Adds a status of its own, which that thread fills. Called before start().
   virtual void addStatus(diagnostic_updater::Updater& /*diagnostics*/) {}
   /// Ends calls of others that it waits for, when the node ends.
   virtual void stop() noexcept {}

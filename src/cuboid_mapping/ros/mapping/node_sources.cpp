@@ -91,7 +91,7 @@ void NodeSources::addDiagnostics(diagnostic_updater::Updater& diagnostics) {
 }
 
 void NodeSources::report(std::size_t source, diagnostic_updater::DiagnosticStatusWrapper& status) {
-  if (source >= subscribers_.size()) return;  // The node is just starting, or stopping.
+  if (source >= subscribers_.size()) return;  // The node starts or stops, or merges robots.
   const CloudLedger::Source noted = ledger_.figures().sources.at(source);
   SourceReport report;
   report.statistics = noted.statistics;

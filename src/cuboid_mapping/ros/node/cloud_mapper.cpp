@@ -21,7 +21,7 @@ CloudMapper::CloudMapper(const NodeParameters& parameters, CloudReceiver& receiv
       features_(features),
       publishing_(publishing),
       guard_(guard),
-      inputs_(makeSources(parameters)) {}
+      sources_(makeSources(parameters)) {}
 
 void CloudMapper::start() {
   thread_ = std::thread([this] { mapClouds(); });
@@ -29,9 +29,11 @@ void CloudMapper::start() {
 
 void CloudMapper::setParameters(const NodeParameters& parameters) {
   const auto lock = hold();
-  auto inputs = makeSources(parameters);
-  for (std::size_t i = 0; i < inputs.size(); ++i) inputs[i]->input.goOnFrom(inputs_.at(i)->input);
-  inputs_ = std::move(inputs);
+  auto sources = makeSources(parameters);
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    sources[i]->input.goOnFrom(sources_.at(i)->input);
+  }
+  sources_ = std::move(sources);
   receiver_.setParameters(parameters);
 }
 
@@ -70,7 +72,7 @@ void CloudMapper::integrate(const PosedCloud& posed) {
   const SensorMessage& cloud = posed.message;
   const CloudPoses& poses = posed.poses;
   Stopwatch whole;
-  Source& source = *inputs_.at(cloud.source);
+  Source& source = *sources_.at(cloud.source);
   Observed observed = source.input.compute(cloud, poses);
   for (const std::string& warning : source.input.takeWarnings()) {
     ROS_WARN_STREAM_NAMED(kNodeName, receiver_.sourceName(cloud.source) << ": " << warning);
@@ -91,7 +93,7 @@ void CloudMapper::integrate(const PosedCloud& posed) {
   guard_.run("after a cloud", [&] { ledger_.giveAdvice(receiver_.hasReady()); });
   features_.noteMapped({cloud.source, stamp, poses.T_map_sensor.translation(),
                         source.parameters.sensor_model, *observed.update, mapped});
-  publishing_.noteCloud();
+  publishing_.publishSoon();
 }
 
 void CloudMapper::drop(std::size_t source, DropReason reason) noexcept {

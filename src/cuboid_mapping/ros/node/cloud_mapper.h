@@ -62,8 +62,8 @@ class CloudMapper {
   NodeFeatures& features_;
   PublishingThread& publishing_;
   CallbackGuard& guard_;
-  FairMutex work_mutex_;  ///< Guards inputs_; held while a cloud is taken, and in work.
-  std::vector<std::unique_ptr<Source>> inputs_;  ///< Of the sources, with the current parameters.
+  FairMutex work_mutex_;  ///< Guards sources_; held while a cloud is taken, and in work.
+  std::vector<std::unique_ptr<Source>> sources_;  ///< With the current parameters.
   std::atomic<std::uint64_t> first_stamp_ns_{0};
   std::atomic<bool> is_paused_{false};
   std::thread thread_;

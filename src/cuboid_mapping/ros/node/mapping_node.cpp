@@ -67,6 +67,21 @@ MappingNode::~MappingNode() {
 }
 
 MapHost MappingNode::makeHost() {
+  const auto is_paused = [this] { return mapper_.isPaused(); };
+  const auto publish_soon = [this] { publishing_.publishSoon(); };
+  const auto note_replaced = [this] {
+    const auto lock = mapper_.hold();
+    features_.noteReplaced();
+  };
+  const auto note_received = [this](const std_msgs::Header& header) {
+    (void)ledger_.noteReceived(0, header);
+  };
+  const auto note_mapped = [this](const MappedCloud* cloud) {
+    if (cloud == nullptr) return mapper_.drop(0, DropReason::kPaused);
+    ledger_.noteInserted(0, {}, {});
+    features_.noteMapped(*cloud);
+    publishing_.publishSoon();
+  };
   return {withQueue(nh_, publishing_.queue()),
           withQueue(private_nh_, publishing_.queue()),
           withQueue(private_nh_, service_threads_.queue()),
@@ -78,19 +93,11 @@ MapHost MappingNode::makeHost() {
           guard_,
           slow_thread_.queue(),
           is_stopping_,
-          [this] { return mapper_.isPaused(); },
-          [this] { publishing_.publishSoon(); },
-          [this] {
-            const auto lock = mapper_.hold();
-            features_.noteReplaced();
-          },
-          [this](const std_msgs::Header& header) { return ledger_.noteReceived(0, header); },
-          [this](const MappedCloud* cloud) {
-            if (cloud == nullptr) return mapper_.drop(0, DropReason::kPaused);
-            ledger_.noteInserted(0, {}, {});
-            features_.noteMapped(*cloud);
-            publishing_.noteCloud();
-          }};
+          is_paused,
+          publish_soon,
+          note_replaced,
+          note_received,
+          note_mapped};
 }
 
 void MappingNode::restore(const MapSnapshot& start_map) {

@@ -62,6 +62,7 @@ void MappingNode::advertiseServices() {
 }
 
 void MappingNode::onReset() {
+  const auto lock = mapper_.hold();  // The cloud in work is of the map before.
   map_.replaceAll([](CuboidMap& map, ros::Time& stamp) {
     stamp = ros::Time();
     return map.clear();

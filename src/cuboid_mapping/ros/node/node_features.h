@@ -15,7 +15,7 @@
 namespace cuboid_mapping_ros {
 
 /// The features of a node, called in the order of the list. What one throws is counted, and keeps the others from
-/// nothing; only filter(), prepareMove(), setParameters(), report() and addStatus() pass exceptions on.
+/// nothing; only make(), start(), filter(), prepareMove(), setParameters(), report() and addStatus() pass exceptions on.
 ///
 /// Thread rule: that of each function of MapFeature.
 class NodeFeatures {

@@ -21,12 +21,8 @@ void PublishingThread::setRate(double rate_hz) {
   timer_.setPeriod(timerPeriod(), false);
 }
 
-void PublishingThread::noteCloud() {
-  if (steadySeconds() - last_s_ >= period_s_) publishSoon();
-}
-
 void PublishingThread::publishSoon() {
-  if (is_due_.exchange(true)) return;
+  if (steadySeconds() - last_s_ < period_s_ || is_due_.exchange(true)) return;
   post(queue(), this, [this] {
     is_due_ = false;
     timer_.setPeriod(timerPeriod(), true);

@@ -11,9 +11,9 @@
 
 namespace cuboid_mapping_ros {
 
-/// The thread that publishes the map: after a cloud, at most at a rate, and soon after another change. Thread-safe.
+/// The thread that publishes the map after changes, at most at a rate. Thread-safe.
 ///
-/// With the last publication a period ago, a cloud is published at once; else a period after it, by a timer. A timer alone
+/// With the last publication a period ago, a change is published at once; else a period after it, by a timer. A timer alone
 /// would let each cloud wait for half a period on average, and for a whole one at worst.
 class PublishingThread {
  public:
@@ -24,9 +24,8 @@ class PublishingThread {
   void start(const ros::NodeHandle& nh, double rate_hz);
   void stop() { thread_.stop(); }
   void setRate(double rate_hz);
+  /// Publishes a change.
   void publishSoon();
-  /// Publishes a cloud that is in the map.
-  void noteCloud();
 
  private:
   void publish();
