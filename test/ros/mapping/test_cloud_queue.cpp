@@ -230,6 +230,8 @@ TEST_F(CloudQueueTest, FullMemoryCostsTheNewestOfThoseThatWaitForTf) {
   for (unsigned id = 1; id <= 6; ++id) put(id, "camera", 30000);
   put(7, "camera", 30000, 1);
   EXPECT_EQ(drops_.size(), 3U) << "each source has its memory";
+  EXPECT_NE(drops_.front().text.find("of which at most 0 MB may"), std::string::npos)
+      << drops_.front().text;
   EXPECT_EQ(numDrops(DropReason::kNoTransform), drops_.size());
   known_frames_.insert("camera");
   EXPECT_EQ(takeAll(), (Ids{1, 7, 2, 3}));

@@ -213,9 +213,9 @@ void CloudQueue::sayWaiting(Source& source, const Entry& entry) {
 }
 
 void CloudQueue::drop(Source& source, Entries& from, Entries::iterator entry, DropReason reason) {
-  if (&from == &source.waiting) source.num_waiting_bytes -= entry->num_bytes;
   std::string text;
   unlessOutOfMemory([&] { text = describe(source, *entry, reason); });
+  if (&from == &source.waiting) source.num_waiting_bytes -= entry->num_bytes;
   callbacks_.drop(entry->cloud.source, reason, text);
   from.erase(entry);
 }
@@ -238,6 +238,9 @@ std::string CloudQueue::describe(Source& source, const Entry& entry, DropReason 
     case DropReason::kTfGap: text << entry.search.why << ": "; break;
     case DropReason::kNoTransform:
       text << describeMissing(entry) << "; " << source.waiting.size() << " of its clouds wait";
+      if (source.waiting.size() > 1 && source.num_waiting_bytes > limits_.max_waiting_bytes) {
+        text << ", of which at most " << limits_.max_waiting_bytes / 1000000 << " MB may";
+      }
       return text.str();
     default: text << source.ready.size() << " clouds wait for their turn: "; break;
   }

@@ -56,15 +56,15 @@ struct PosedCloud {
 /// tf2_ros::MessageFilter does not know the poses of points during a sweep, of the robot's parts, and of the
 /// window, and does not say why a cloud waits.
 ///
-/// Thread rule: put(), searchAgain() and stop() from any thread; the rest in the mapping thread.
+/// Thread rule: waitReady() and takeNext() in the mapping thread; the rest from any.
 class CloudQueue {
  public:
   struct Callbacks {
-    std::function<PoseSearch(const SensorMessage& cloud, const Slices& slices)> find_poses;
     /// Called once for each cloud, and again after searchAgain(); see SensorStep.
     std::function<Slices(const SensorMessage& cloud)> find_slices = [](const SensorMessage&) {
       return Slices();
     };
+    std::function<PoseSearch(const SensorMessage& cloud, const Slices& slices)> find_poses;
     /// Called for each dropped cloud. Must not throw, nor call this object. @param text  Empty: nothing new to
     /// log.
     std::function<void(std::size_t source, DropReason reason, const std::string& text)> drop;
@@ -96,13 +96,10 @@ class CloudQueue {
   /// The next cloud; nothing when none is ready now.
   [[nodiscard]] std::optional<PosedCloud> takeNext();
 
-  /// Thread-safe.
-  ///@{
   [[nodiscard]] bool hasReady() const;
   [[nodiscard]] std::size_t size() const;
   /// Reason why the oldest cloud of a source waits for tf; empty when none waits.
   [[nodiscard]] std::string whyWaiting() const;
-  ///@}
 
  private:
   struct Entry {
@@ -140,7 +137,7 @@ class CloudQueue {
   void refuse(std::size_t source, DropReason reason);
   [[nodiscard]] std::string describe(Source& source, const Entry& entry, DropReason reason) const;
   [[nodiscard]] std::string describeMissing(const Entry& entry) const;
-  /// The source whose turn it is; null when no cloud is ready.
+  /// Updates all sources. @return The one whose turn it is; null: no cloud is ready.
   [[nodiscard]] Source* findNext();
 
   CloudLimits limits_;
