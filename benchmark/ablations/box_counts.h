@@ -15,8 +15,8 @@ namespace cuboid_mapping::bench {
 struct BoxCounts {
   std::size_t bricks = 0;   ///< That were looked at.
   std::size_t cuboids = 0;  ///< As the map divides them.
-  std::size_t best_of_orders =
-      0;  ///< The same with the best of the 48 orders of each brick and class.
+  /// The same with the best of the 48 orders of each brick and class.
+  std::size_t best_of_orders = 0;
   std::size_t lower_bound = 0;  ///< No division has fewer.
 };
 

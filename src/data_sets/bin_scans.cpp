@@ -31,8 +31,8 @@ double readNumber(const char* data, const BinRow& row) {
 /// What speaks for a row.
 struct RowEvidence {
   bool has_sense = false;  ///< Nearly all coordinates could be metres.
-  bool has_integers =
-      false;  ///< Another column, such as the number of the ring, has whole numbers.
+  /// Another column, such as the number of the ring, has whole numbers.
+  bool has_integers = false;
   double unrest = std::numeric_limits<double>::infinity();  ///< From row to row, relative.
 };
 

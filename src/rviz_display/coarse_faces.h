@@ -51,8 +51,8 @@ class CoarseCells {
   int edge_ = 2;                     ///< Edge of a cell, in voxels.
   int size_ = kSize;                 ///< Number of cells along an axis.
   std::array<Rows, kSize> cells_{};  ///< Cells by z.
-  std::array<Rows, kSize>
-      columns_{};  ///< The same cells by x, then by z; bit y. Made by appendFaces().
+  /// The same cells by x, then by z; bit y. Made by appendFaces().
+  std::array<Rows, kSize> columns_{};
   /// Mean height of the uppermost voxels above the floor of a cell, in eighths of a voxel; by z, y, x.
   std::array<std::uint8_t, std::size_t{kSize} * kSize * kSize> tops_{};
 };

@@ -100,8 +100,8 @@ class CuboidMapDisplay : public rviz::Display {
   rviz::StringProperty* namespace_property_ = nullptr;
   rviz::StringProperty* server_property_ = nullptr;
   rviz::StringProperty* file_property_ = nullptr;
-  std::array<SetProperties, 3>
-      set_properties_;  ///< By FaceSet; slices use the properties of their class.
+  /// By FaceSet; slices use the properties of their class.
+  std::array<SetProperties, 3> set_properties_;
   rviz::EnumProperty* mode_property_ = nullptr;
   rviz::BoolProperty* auto_heights_property_ = nullptr;
   rviz::FloatProperty* min_color_property_ = nullptr;

@@ -73,8 +73,8 @@ struct FaceMesh {
   /// The faces of each level; a level that would save too little repeats the finer one.
   std::array<Part, kNumDetailLevels> levels;
   std::size_t num_cuboids = 0;  ///< Number of cuboids of the class, with hidden ones.
-  cuboid_mapping::CellBox
-      bounds;  ///< Bounds of the faces of all levels, in cells relative to the chunk.
+  /// Bounds of the faces of all levels, in cells relative to the chunk.
+  cuboid_mapping::CellBox bounds;
 
   /// Number of faces of cuboids.
   [[nodiscard]] std::size_t numFaces() const { return levels[0].count(); }

@@ -67,8 +67,8 @@ class MapLayer {
   using Draw = std::function<QString(Ogre::SceneNode& node)>;
   struct Job {
     cuboid_mapping::CellBox part;  ///< Part of the map to be copied; empty: nothing is drawn.
-    std::vector<double>
-        settings;  ///< Settings whose change, like that of the part, needs a new picture.
+    /// Settings whose change, like that of the part, needs a new picture.
+    std::vector<double> settings;
     /// Computes the picture, in another thread; ends early if is_stopped.
     std::function<Draw(cuboid_mapping::CuboidMap part, const std::atomic<bool>& is_stopped)>
         compute;

@@ -58,12 +58,12 @@ class BagFiles {
   struct File {
     std::unique_ptr<rosbag::Bag> bag;
     bool has_failed = false;  ///< The last access has failed.
-    std::set<std::pair<ros::Time, std::string>>
-        failures;       ///< Time of recording and topic of failed messages.
+    /// Time of recording and topic of failed messages.
+    std::set<std::pair<ros::Time, std::string>> failures;
     std::string error;  ///< Error of the first failure.
     ros::Time begin;
-    std::vector<rosbag::MessageInstance>
-        ends;  ///< First and last message of the bag, once they were needed.
+    /// First and last message of the bag, once they were needed.
+    std::vector<rosbag::MessageInstance> ends;
   };
 
   template <typename ReadT>

@@ -72,8 +72,8 @@ class BagTransforms {
   TfBuffer tf_{ros::Duration(1e6)};       // long enough for any bag
   std::vector<StaticTransform> statics_;  ///< Static transforms in the order of their times.
   std::size_t num_taken_ = 0;             ///< Number of static ones taken by advance().
-  std::map<std::string, std::set<std::string>>
-      torn_;  ///< Frames of two runs, and the files of these.
+  /// Frames of two runs, and the files of these.
+  std::map<std::string, std::set<std::string>> torn_;
   std::vector<std::string> notes_;
 };
 

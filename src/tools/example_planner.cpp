@@ -244,8 +244,8 @@ class ExamplePlanner {
   ros::Publisher corridor_publisher_;
   ros::Subscriber goal_subscriber_;
   ros::WallTimer timer_;
-  cuboid_mapping_ros::CuboidMapClient
-      client_;  ///< Last member: its thread ends before others are destroyed.
+  /// Last member: its thread ends before others are destroyed.
+  cuboid_mapping_ros::CuboidMapClient client_;
 };
 
 }  // namespace

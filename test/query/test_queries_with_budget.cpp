@@ -24,11 +24,7 @@
 namespace cuboid_mapping {
 namespace {
 
-QueryLimits limitOf(std::uint64_t num_bricks) {
-  QueryLimits limits;
-  limits.max_bricks = num_bricks;
-  return limits;
-}
+constexpr double kForever_s = std::numeric_limits<double>::infinity();
 
 /// A map of a room of 40 m with a wall and a door, at 1 m, and a far voxel: its bounds reach 1000 km.
 CuboidMap makeMap() {
@@ -153,7 +149,7 @@ TEST(QueriesWithABudget, answerAsWithoutOneUnlessItIsSpent) {
     int num_spent = 0;
     bool is_answered = false;
     for (std::uint64_t count = 0; count < 4000000 && !is_answered; count = 2 * count + 1) {
-      Budget budget(limitOf(count));
+      Budget budget(QueryLimits{kForever_s, count});
       const std::string answer = question.ask(map, budget);
       num_spent += budget.isSpent() ? 1 : 0;
       is_answered = !budget.isSpent();
@@ -168,7 +164,7 @@ TEST(QueriesWithABudget, answerAsWithoutOneUnlessItIsSpent) {
 
 TEST(QueriesWithABudget, giveNoAnswerThatWasCutForAWholeOne) {
   const CuboidMap map = makeMap();
-  Budget budget(limitOf(1));
+  Budget budget(QueryLimits{kForever_s, 1});
   const auto is_spent = [](const auto& answer) {
     return answer.status == AnswerStatus::kBudgetSpent;
   };
@@ -298,9 +294,9 @@ TEST(QueriesWithABudget, endAlsoWhereNothingIsOfTheClass) {
     EXPECT_TRUE(selectCuboids(map, area, selection, all).isNotFound());
     EXPECT_TRUE(findNearest(map, {0, 0, 0}, 1, filter, all).isNotFound());
     if (filter == CuboidFilter::kOccupied) continue;  // The tree passes no brick without any.
-    Budget few(limitOf(100));
+    Budget few(QueryLimits{kForever_s, 100});
     EXPECT_EQ(selectCuboids(map, area, selection, few).status, AnswerStatus::kBudgetSpent);
-    few = Budget(limitOf(100));
+    few = Budget(QueryLimits{kForever_s, 100});
     EXPECT_EQ(findNearest(map, {0, 0, 0}, 1, filter, few).status, AnswerStatus::kBudgetSpent);
   }
 }
@@ -309,7 +305,7 @@ TEST(QueriesWithABudget, endSoonWhateverIsAsked) {
   const CuboidMap map = makeMap();
   for (const auto& questions : {monstrousBoxes(), monstrousWays()}) {
     for (const Question& question : questions) {
-      Budget budget(limitOf(100000));
+      Budget budget(QueryLimits{kForever_s, 100000});
       (void)question.ask(map, budget);
       EXPECT_EQ(budget.whyEnded(), BudgetLimit::kBricks) << question.name;
     }

@@ -254,8 +254,8 @@ TEST(FaceMesh, hasTheSidesOfCoarseCellsOnceEach) {
 
 TEST(FaceMesh, saysHowHighCoarseFacesLieAboveTheirVoxels) {
   CuboidMap map;
-  std::vector<UniformBox>
-      floor;  // A floor of tiles with grooves between them: no cell has a voxel in its upper half.
+  // A floor of tiles with grooves between them: no cell has a voxel in its upper half.
+  std::vector<UniformBox> floor;
   for (std::int32_t x = 0; x < 64; x += 2) {
     for (std::int32_t y = 0; y < 64; y += 2)
       floor.push_back({{{x, y, 0}, {x + 1, y + 1, 1}}, 1.0F});

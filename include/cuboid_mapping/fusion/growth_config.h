@@ -19,7 +19,7 @@ struct GrowthConfig {
   static constexpr int kMaxSettleClouds = 1'000'000;
   int settle_clouds = 10;
   ///@}
-  /// Probabilities beyond which voxels may fuse (paper, conditions (7) and (8)), at most 0.5 and at least 0.5. Nothing:
+  /// Probabilities beyond which voxels may fuse (paper, conditions (7) and (8)): alpha_min <= 0.5 <= alpha_max. Nothing:
   /// the clamping thresholds, also where these are nearer to 0.5. With 0.5 and 0.5 all voxels of a class may fuse.
   ///@{
   std::optional<double> alpha_min;

@@ -7,7 +7,7 @@
 
 namespace cuboid_mapping {
 
-/// Integer name of a voxel: floor(coordinate / resolution) on each axis.
+/// Integer name of a voxel: floor(metres / resolution) on each axis.
 struct Cell {
   /// The voxel reaches from coordinate * resolution (included) to (coordinate + 1) * resolution (excluded).
   ///@{

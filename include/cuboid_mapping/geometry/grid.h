@@ -9,7 +9,7 @@
 
 namespace cuboid_mapping {
 
-/// Axis-aligned box in metres, map frame.
+/// Axis-aligned box in metres, in the frame of the map where nothing else is said.
 struct MetricBox {
   Eigen::Vector3d min_m = Eigen::Vector3d::Zero();  ///< Lower x, y and z.
   Eigen::Vector3d max_m = Eigen::Vector3d::Zero();  ///< Upper x, y and z.

@@ -34,7 +34,7 @@ struct KeptCloud {
   std::vector<Scan> scans_body;
 };
 
-/// Limits of a MapHistory. Beyond them, the oldest clouds become fixed.
+/// Limit of a MapHistory. Beyond it, the oldest clouds become fixed.
 struct HistoryLimits {
   std::uint64_t max_bytes = std::uint64_t{1} << 30;  ///< Limit of the packed clouds.
 };

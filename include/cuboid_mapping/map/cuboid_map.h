@@ -95,8 +95,8 @@ class CuboidMap {
     ~PendingChange();
 
     VoxelStore::PendingChange voxels;  ///< Change of the voxels.
-    std::unique_ptr<GrowthChange>
-        growth;  ///< Change of the fused cuboids, with FusionKind::kGrowth.
+    /// Change of the fused cuboids, with FusionKind::kGrowth.
+    std::unique_ptr<GrowthChange> growth;
   };
 
   /// The two halves of apply(), so that other threads can read as long as possible.
@@ -110,7 +110,7 @@ class CuboidMap {
   ///@}
 
   /// Replaces everything inside a box by voxels, exactly: for edits, loading, and copies of another map. Locked
-  /// voxels are replaced, too. A box is cut at kAllCells, also by lock().
+  /// voxels are replaced, too. A box is cut at kAllCells, here and by lock().
   ///
   /// Cases:
   ///   - no bricks: the box becomes unknown;

@@ -54,7 +54,7 @@ class Mapper {
   [[nodiscard]] const CuboidMap& map() const;
   ///@}
 
-  /// Counts of the last scan: used points, and points that could not be used.
+  /// Counts of the last integrate() or apply(): used points, and points that could not be used.
   [[nodiscard]] const ScanUpdate& lastUpdate() const;
 
  private:

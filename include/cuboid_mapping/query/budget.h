@@ -35,7 +35,8 @@ enum class BudgetLimit : unsigned char {
 };
 
 /// Lets a long query release the lock of the map that it reads now and then, so that others may change the map.
-/// Boxes and ways of an answer are of one revision even then.
+/// Boxes and ways of an answer are of one revision even then; a check of a path, a motion, rays or distances takes each
+/// brick as it is when it gets there.
 struct MapUnlock {
   /// Releases the map and takes it back, perhaps changed.
   std::function<void()> yield;
@@ -43,8 +44,8 @@ struct MapUnlock {
   const std::atomic<bool>* is_stopped = nullptr;              ///< true ends the query.
 };
 
-/// Remaining limits of a query. Every query takes a budget, and ends soon after it is spent; each query
-/// documents its answer in that case. A spent budget stays spent.
+/// Remaining limits of a query. Every query takes a budget, and ends soon after it is spent: the answer has the status
+/// kBudgetSpent, and its value is what the query says. A spent budget stays spent.
 ///
 /// It costs a subtraction for each brick; the clock is read once in 256 bricks. One budget may serve several
 /// queries, one after the other. Not thread-safe, but for one without a limit: that is never written.

@@ -59,8 +59,8 @@ struct Corridor {
   /// Length of the first segment of the path, if the start touches obstacles: the way out of them. Else 0.
   double start_distance_m = 0.0;
   double goal_distance_m = 0.0;  ///< Distance of the end of the path from the goal.
-  /// A voxel that the robot touches where it is blocked; with kFound at the start, else at the goal. An occupied one if
-  /// there is any. Nothing: it touches none there, or only leaves the region.
+  /// A voxel that the robot touches where it is blocked. With kFound: at the start, if that is blocked, else at the goal,
+  /// if that is. An occupied one if there is any. Nothing: it touches none there, or only leaves the region.
   std::optional<Cell> met;
   std::size_t num_visited = 0;          ///< Boxes of places that the search has made.
   Blocked blocked = Blocked::kBetween;  ///< Where, with kNotFound.

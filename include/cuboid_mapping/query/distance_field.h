@@ -108,10 +108,10 @@ class DistanceField {
   std::int32_t bound_;  ///< Voxels, rounded down.
   std::int16_t max_square_;
   UnknownPolicy policy_;
-  Rows<std::int8_t>
-      offsets_;  ///< Offset along x to the nearest obstacle in the row, of all rows around.
-  Rows<std::int16_t>
-      layers_;  ///< Squared distance to the nearest obstacle in the layer, of all layers around.
+  /// Offset along x to the nearest obstacle in the row, of all rows around.
+  Rows<std::int8_t> offsets_;
+  /// Squared distance to the nearest obstacle in the layer, of all layers around.
+  Rows<std::int16_t> layers_;
   Rows<std::int16_t> squares_;  ///< Squared distance to the nearest obstacle.
   Rows<Part> row_changes_;      ///< Last changed part of each row of offsets_.
   Rows<Part> layer_changes_;    ///< Last changed part of each row of layers_.

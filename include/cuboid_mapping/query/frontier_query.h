@@ -24,13 +24,13 @@ struct FrontierTask {
 
   CellBox region = kAllCells;  ///< Frontier voxels outside are left out.
   std::size_t min_voxels = 1;  ///< Smaller frontiers are left out.
-  std::size_t first =
-      0;  ///< So many of the largest frontiers are left out: an earlier answer has them.
+  /// So many of the largest frontiers are left out: an earlier answer has them.
+  std::size_t first = 0;
   Eigen::Vector3d size_m =
       Eigen::Vector3d::Constant(0.5);  ///< Robot: a box that does not turn, > 0.
   double max_distance_m = 2.0;  ///< Maximum distance of a place to stand from its frontier, >= 0.
-  double view_range_m =
-      2.0;  ///< Range of view from there: 0 (not computed) to kMaxViewRange voxels.
+  /// Range of view from there: 0 (not computed) to kMaxViewRange voxels.
+  double view_range_m = 2.0;
 };
 
 /// A cluster of free voxels beside unknown ones, in which each shares a face, an edge or a corner with another

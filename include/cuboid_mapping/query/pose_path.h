@@ -45,8 +45,8 @@ struct PosePath {
   /// Length of the first motion, if the start touches obstacles: the way out of them. Else 0.
   double start_distance_m = 0.0;
   double goal_distance_m = 0.0;  ///< Distance of the end of the path from the goal.
-  /// A voxel that the body touches where it is blocked; with kFound at the start, else at the goal. Nothing: it touches
-  /// none there, or only leaves the region.
+  /// A voxel that the body touches where it is blocked. With kFound: at the start, if that is blocked, else at the goal,
+  /// if that is. Nothing: it touches none there, or only leaves the region.
   std::optional<Cell> met;
   std::size_t num_poses = 0;  ///< Number of poses at which the last search has checked the map.
   Blocked blocked = Blocked::kBetween;  ///< Where, with kNotFound.

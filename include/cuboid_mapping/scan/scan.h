@@ -9,7 +9,7 @@
 
 namespace cuboid_mapping {
 
-/// One observation of a range sensor (z_t of the paper), in the map frame, in metres.
+/// One observation of a range sensor (z_t of the paper), in metres, in the frame of the map where nothing else is said.
 ///
 /// Positions are float32 relative to `anchor_map`, so that they stay exact far from the origin of
 /// the map: the position of a point p is anchor_map + p. With a zero anchor the numbers are those

@@ -39,8 +39,8 @@ struct MapDelta {
   bool is_everything = false;  ///< The whole map was replaced; there are no bricks then.
   double resolution_m = 0.0;   ///< Edge of a voxel.
   MapDetail detail = MapDetail::kClasses;  ///< Content of the voxels.
-  std::vector<VoxelBrick>
-      bricks;  ///< New content of the changed bricks; a brick without known voxels became unknown.
+  /// New content of the changed bricks; a brick without known voxels became unknown.
+  std::vector<VoxelBrick> bricks;
   MapLabel label = {};  ///< As in MapImage.
 };
 

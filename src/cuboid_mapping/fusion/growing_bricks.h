@@ -83,8 +83,8 @@ class GrowingBricks {
   const VoxelStore& voxels_;
   FusionThresholds thresholds_;
   BrickTable<GrowingBrick> copies_;
-  std::array<GrowingBrick*, kGroupBricks>
-      recent_{};  ///< The last copies found, which saves a hash look-up.
+  /// The last copies found, which saves a hash look-up.
+  std::array<GrowingBrick*, kGroupBricks> recent_{};
 };
 
 }  // namespace cuboid_mapping

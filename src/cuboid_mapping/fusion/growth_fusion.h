@@ -19,8 +19,8 @@ namespace cuboid_mapping {
 struct GrowthChange {
   std::vector<GrownBrick> bricks;      ///< New state of the bricks that change.
   std::vector<Cell> with_new_cuboids;  ///< The bricks whose fused cuboids change.
-  std::vector<Cell>
-      with_held_voxels;   ///< The bricks in which voxels begin to wait with this change.
+  /// The bricks in which voxels begin to wait with this change.
+  std::vector<Cell> with_held_voxels;
   bool is_cloud = false;  ///< Whether it counts as a cloud; else it is an edit.
 };
 

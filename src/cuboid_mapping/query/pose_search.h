@@ -92,12 +92,12 @@ class PoseSearch {
   PoseLattice lattice_;
   double turn_cost_m_;  ///< Cost of a radian.
   std::vector<Node> nodes_;
-  std::unordered_map<Cell, Number, CellHash>
-      numbers_;  ///< Numbers of nodes by place; z has plane and heading.
-  std::unordered_map<Cell, bool, CellHash>
-      open_places_;  ///< Whether every heading and step fits there.
-  std::unordered_map<Cell, bool, CellHash>
-      wide_places_;  ///< Whether every heading has all of the clearance there.
+  /// Numbers of nodes by place; z has plane and heading.
+  std::unordered_map<Cell, Number, CellHash> numbers_;
+  /// Whether every heading and step fits there.
+  std::unordered_map<Cell, bool, CellHash> open_places_;
+  /// Whether every heading has all of the clearance there.
+  std::unordered_map<Cell, bool, CellHash> wide_places_;
   std::vector<LatticePose> before_goal_;
   std::vector<LatticePose> neighbors_;
   std::priority_queue<Item> open_;

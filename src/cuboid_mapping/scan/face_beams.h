@@ -167,8 +167,8 @@ class FaceBeams {
   std::array<float, 2> greatest_{};
   float bins_per_slope_ = 1.0F;
   std::vector<FaceBeam> beams_;
-  std::vector<std::uint32_t>
-      first_beams_;  ///< By bin; lists of beams that next_beams_ goes on with.
+  /// By bin; lists of beams that next_beams_ goes on with.
+  std::vector<std::uint32_t> first_beams_;
   std::vector<std::uint32_t> next_beams_;
   std::vector<Level> levels_;
   int num_dense_planes_ = 0;

@@ -21,17 +21,16 @@ struct AcrossAxes {
   alignas(32) double phases[RayBatch::kSize];  ///< Phase at the far end of the first slab.
   alignas(32) double slopes[RayBatch::kSize];  ///< Change of the phase per slab.
   alignas(32) double num_borders[RayBatch::kSize];
-  alignas(32) std::int64_t
-      voxels[RayBatch::kSize];  ///< Where the walk begins in its brick, mirrored: 0 to 7.
-  alignas(32) std::int64_t mirrors
-      [RayBatch::
-           kSize];  ///< 7 if coordinates are mirrored, so that the walk goes up: 7 - i is i ^ 7.
+  /// Where the walk begins in its brick, mirrored: 0 to 7.
+  alignas(32) std::int64_t voxels[RayBatch::kSize];
+  /// 7 if coordinates are mirrored, so that the walk goes up: 7 - i is i ^ 7.
+  alignas(32) std::int64_t mirrors[RayBatch::kSize];
 };
 
 /// Beams in arrays, each set up for a walk up its longest axis, from its origin to its end or back.
 struct SlabBeams {
-  alignas(32) double num_slabs
-      [RayBatch::kSize];  ///< Borders that the beam crosses on its longest axis.
+  /// Borders that the beam crosses on its longest axis.
+  alignas(32) double num_slabs[RayBatch::kSize];
   alignas(32) std::int64_t along[RayBatch::kSize];  ///< The longest axis.
   alignas(32) std::int64_t keys[RayBatch::kSize];   ///< Number of the brick where the walk begins.
   alignas(32) std::int64_t slabs[RayBatch::kSize];  ///< Slab of that brick where the walk begins.

@@ -18,8 +18,8 @@ struct RobotObservation {
   std::string robot;
   std::uint64_t session = 0;   ///< Session of the robot's node; changes at a restart.
   std::uint64_t sequence = 0;  ///< Number in its session: 1, 2, 3, ...
-  std::uint64_t left_out =
-      0;  ///< Clouds of its session so far that were not sent for lack of bandwidth.
+  /// Clouds of its session so far that were not sent for lack of bandwidth.
+  std::uint64_t left_out = 0;
   std::int64_t stamp_ns = 0;  ///< Stamp of the cloud.
   SensorModelConfig sensor_model;
   ScanUpdate update;
@@ -131,8 +131,8 @@ class ObservationOrder {
   std::map<std::pair<std::string, std::uint64_t>, Session> sessions_;
   std::set<std::pair<std::string, std::uint64_t>> behind_;  ///< With more to send since start().
   double start_s_ = 0.0;
-  std::map<std::string, std::uint64_t>
-      last_session_;  ///< Session heard last, by robot: others cannot be requested.
+  /// Session heard last, by robot: others cannot be requested.
+  std::map<std::string, std::uint64_t> last_session_;
   Key last_given_;
   bool has_given_ = false;
   std::int64_t newest_stamp_ns_ = 0;

@@ -17,8 +17,8 @@ struct SimulatedLidarParameters {
   DriveConfig drive;
   bool publish_clock = false;  ///< ~publish_clock: the node is the source of ROS time.
   double rate = 1.0;           ///< ~rate: seconds of ROS time per second; needs ~publish_clock.
-  bool follow_path =
-      false;           ///< ~follow_path: follows the nav_msgs/Path on `path`, not its own path.
+  /// ~follow_path: follows the nav_msgs/Path on `path`, not its own path.
+  bool follow_path = false;
   double speed = 1.0;  ///< ~speed: metres per second of ROS time; needs ~follow_path.
 };
 

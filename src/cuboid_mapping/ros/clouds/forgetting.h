@@ -60,8 +60,8 @@ class Forgetting {
   Time shortest_ns_ = 0;
   StampClock clock_;
   Time last_sweep_ = 0;
-  std::vector<std::vector<Cell>>
-      doubted_;  ///< Bricks of the last cloud of each source, if its stamp is not believed.
+  /// Bricks of the last cloud of each source, if its stamp is not believed.
+  std::vector<std::vector<Cell>> doubted_;
   /// Last time at which a brick is remembered, by its least cell.
   std::unordered_map<Cell, Time, CellHash> remembered_;
   std::vector<Cell> due_;  ///< Bricks to forget, unless they were seen since.

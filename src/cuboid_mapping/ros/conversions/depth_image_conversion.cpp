@@ -245,8 +245,8 @@ std::vector<double> sampleDepths(const Image& image, const DepthReader& reader) 
 std::optional<std::string> findUnit(const Image& image, DepthReader& reader,
                                     std::vector<std::string>& warnings) {
   constexpr double kLeastDepth_m = 0.05;  ///< Cameras hardly measure nearer, ...
-  constexpr double kMostDepth_m =
-      100.0;  ///< ... nor farther: beyond this, whole numbers are millimetres.
+  /// ... nor farther: beyond this, whole numbers are millimetres.
+  constexpr double kMostDepth_m = 100.0;
   std::vector<double> depths_m = sampleDepths(image, reader);
   if (depths_m.empty()) return std::nullopt;
   const auto num_whole = std::count_if(depths_m.begin(), depths_m.end(), [](double depth_m) {

@@ -115,7 +115,8 @@ class GuardedMap {
     stamp_ = stamp;
   }
 
-  /// Changes the map without a cloud: its stamp stays. The history keeps the locks. Otherwise as change().
+  /// Changes the map without a cloud: its stamp stays. Of such a change the history keeps the locks only. Otherwise as
+  /// change().
   /// @param work  (CuboidMap&) or (CuboidMap&, const ros::Time& stamp) -> ChangeSet.
   template <typename WorkT>
   void edit(const WorkT& work) {
@@ -226,7 +227,8 @@ class GuardedMap {
   void noteEverything() noexcept;
 
  private:
-  /// Maximum time that a long reader holds the map: a fifth of the time between two clouds.
+  /// Time after which a long reader lets others have their turn, where its work allows it: a fifth of the time between
+  /// two clouds at 10 Hz.
   static constexpr double kTurn_s = 0.02;
 
   using Changing = std::lock_guard<FairMutex>;

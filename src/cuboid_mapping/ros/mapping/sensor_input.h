@@ -29,8 +29,8 @@ namespace cuboid_mapping_ros {
 
 /// The voxels that a message observes.
 struct Observed {
-  const ScanUpdate* update =
-      nullptr;                      ///< Valid until the next message; null: the message is refused.
+  /// Valid until the next message; null: the message is refused.
+  const ScanUpdate* update = nullptr;
   std::optional<CloudError> error;  ///< Why it is refused.
   CloudFigures figures;
 };

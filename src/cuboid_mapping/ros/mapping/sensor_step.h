@@ -40,7 +40,8 @@ class SensorStep {
   SensorStep(const SensorStep&) = delete;
   SensorStep& operator=(const SensorStep&) = delete;
 
-  // A step hides these if it has parameters; see FeatureParameters.
+  // Each step has a constructor and a static `bool isOn`, both with (const NodeParameters&, const SourceParameters&).
+  // It hides these if it has parameters; see FeatureParameters.
   [[nodiscard]] static std::vector<ParameterDeclaration> declare() { return {}; }
   [[nodiscard]] static std::vector<ParameterError> check(const LoadedParameters& /*loaded*/) {
     return {};
@@ -51,6 +52,8 @@ class SensorStep {
   [[nodiscard]] virtual std::vector<StepFrame> frames() const { return {}; }
   /// The slices of a message whose points have their own poses; empty: all have the pose of the stamp.
   [[nodiscard]] virtual Slices findSlices(const SensorMessage& /*message*/) const { return {}; }
+  /// Sets what it needs of the conversion of messages.
+  virtual void setOptions(CloudOptions& /*options*/) const {}
   /// Why the message cannot be mapped.
   [[nodiscard]] virtual std::optional<CloudError> refuse(const SensorMessage& /*message*/,
                                                          const Slices& /*slices*/) const {
@@ -61,8 +64,7 @@ class SensorStep {
                                                 const Slices& /*slices*/) const {
     return {};
   }
-  virtual void setOptions(CloudOptions& /*options*/) const {}
-  /// Points of each slice, and warnings in the first. Only called if findSlices() of this step found some.
+  /// Points of each slice, and warnings in the first; empty: the next step is asked. Called if a step has found slices.
   [[nodiscard]] virtual std::vector<CloudPoints> divide(const SensorMessage& /*message*/,
                                                         const CloudPoints& /*points*/,
                                                         const Slices& /*slices*/) const {

@@ -69,7 +69,7 @@ class SourceSubscriber {
     std::function<void(std::size_t source, const std::string& why)> drop;
   };
 
-  /// @param nh  Handle of a separate thread, in which the callbacks take some microseconds.
+  /// @param nh  Handle of a separate thread, in which the callbacks take some milliseconds at most.
   SourceSubscriber(const ros::NodeHandle& nh, const SourceParameters& source, std::size_t index,
                    Callbacks callbacks);
   SourceSubscriber(const SourceSubscriber&) = delete;

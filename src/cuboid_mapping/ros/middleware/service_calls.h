@@ -59,8 +59,8 @@ class ServiceCalls {
   std::mutex mutex_;
   std::condition_variable ended_;
   bool is_stopped_ = false;
-  Clients
-      clients_;  ///< Running calls: persistent, since only these can be shut down while they wait.
+  /// Running calls: persistent, since only these can be shut down while they wait.
+  Clients clients_;
 };
 
 }  // namespace cuboid_mapping_ros

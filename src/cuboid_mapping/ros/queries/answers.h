@@ -29,7 +29,7 @@ void answer(ServiceCall& call, const GetCuboids::Request& request, GetCuboids::R
 ///@}
 
 /// Gives each entry of a request its element in the arrays of the answer. It reads as blocked or as nothing found, also in
-/// a refused answer. @param anchor  Makes these functions known to answer().
+/// a refused answer. @param anchor  Not read: by it answer() finds the functions that are declared later.
 ///@{
 template <typename RequestT, typename ResponseT>
 void fillBlank(const MapInFrame& /*anchor*/, const RequestT& /*request*/, ResponseT& /*response*/) {

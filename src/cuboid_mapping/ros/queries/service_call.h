@@ -181,7 +181,7 @@ class ServiceCall {
   std::size_t num_pages_ = 0;  ///< Number of pages loaded for the request.
   Eigen::Isometry3d to_map_ = Eigen::Isometry3d::Identity();       ///< From the request's frame.
   double time_limit_s_ = std::numeric_limits<double>::infinity();  ///< Of the request.
-  bool is_turned_ = false;  ///< By no multiple of 90 degrees.
+  bool is_turned_ = false;  ///< The request's frame, by other than multiples of 90 degrees.
   AnswerInfo info_;
 };
 
