@@ -289,21 +289,21 @@ void BagClouds::leaveOut(DropReason reason, const std::string& text) {
   if (left_out_.counts[i]++ == 0) left_out_.first_texts[i] = text;
 }
 
-void BagClouds::report(const LeftOutClouds& left_out) const {
+void BagClouds::report(const LeftOutClouds& left_out, const PointCounts& points) const {
   for (std::size_t i = 0; i < kNumDropReasons; ++i) {
     if (left_out.counts[i] == 0) continue;
     std::cerr << program_ << ": " << cuboid_mapping::counted(left_out.counts[i], "cloud")
               << " dropped, " << toString(static_cast<DropReason>(i)) << ": "
               << left_out.first_texts[i] << std::endl;
   }
-  if (statistics_.num_odd_times > 0) {
-    say({cuboid_mapping::counted(statistics_.num_odd_times, "point") +
+  if (points.num_odd_times > 0) {
+    say({cuboid_mapping::counted(points.num_odd_times, "point") +
          " left out, whose time is not within the sweep of its cloud"});
   }
   constexpr std::uint64_t kNotable = 5;  ///< A fifth of the points.
-  const std::uint64_t num_read = statistics_.num_filtered + statistics_.num_points;
-  if (kNotable * statistics_.num_filtered > num_read) {
-    say({std::to_string(100 * statistics_.num_filtered / num_read) +
+  const std::uint64_t num_read = points.num_filtered + points.num_points;
+  if (kNotable * points.num_filtered > num_read) {
+    say({std::to_string(100 * points.num_filtered / num_read) +
          " % of the points left out by "
          "sensor_model/min_range, pointcloud_min_* and pointcloud_max_*"});
   }

@@ -53,7 +53,8 @@ struct LeftOutClouds {
   std::array<std::string, kNumDropReasons> first_texts;
 };
 
-/// The clouds of bags (messages of any source), in the order of their stamps, and their observations; or the clouds of scan folders, as scans_to_bag would write them to a bag, in the map's frame.
+/// The clouds of bags (messages of any source), in the order of BagMessages, and their observations; or the
+/// clouds of scan folders, as scans_to_bag would write them to a bag, in the map's frame.
 /// Errors, warnings and advice go to stderr, after the name of the program.
 class BagClouds {
  public:
@@ -95,8 +96,14 @@ class BagClouds {
   [[nodiscard]] std::optional<std::string> advice() const { return watch_->advice(); }
   ///@}
 
-  /// Writes a line to stderr for each reason why clouds or points were left out.
-  void report(const LeftOutClouds& left_out) const;
+  /// Damage of the bags, to report that of other processes, too. See BagFiles.
+  ///@{
+  [[nodiscard]] std::string failures() const { return bags_.failures(); }
+  void addFailures(const std::string& failures) { bags_.addFailures(failures); }
+  ///@}
+
+  /// Writes a line to stderr for each reason why messages, clouds or points were left out.
+  void report(const LeftOutClouds& left_out, const PointCounts& points) const;
 
  private:
   void chooseFrame(const BagTopics& topics);

@@ -13,6 +13,8 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
+#include <iomanip>
+#include <sstream>
 #include <stdexcept>
 
 namespace cuboid_mapping_ros {
@@ -109,7 +111,6 @@ void BagFiles::noteFailure(const BagMessage& message, const std::string& error) 
 void BagFiles::refresh(File& file) {
   if (file.ends.empty()) {
     rosbag::View view(*file.bag);
-    file.begin = view.getBeginTime();
     file.ends.push_back(*view.begin());
     auto last = view.begin();
     for (auto next = view.begin(); next != view.end(); ++next) last = next;
@@ -123,12 +124,37 @@ void BagFiles::refresh(File& file) {
   }
 }
 
+std::string BagFiles::failures() const {
+  std::ostringstream text;
+  for (std::size_t bag = 0; bag < bags_.size(); ++bag) {
+    for (const auto& [time, topic] : bags_[bag].failures) {
+      text << bag << ' ' << time.toNSec() << ' ' << topic << ' ' << std::quoted(bags_[bag].error)
+           << '\n';
+    }
+  }
+  return text.str();
+}
+
+void BagFiles::addFailures(const std::string& failures) {
+  std::istringstream text(failures);
+  std::size_t bag = 0;
+  std::uint64_t time_ns = 0;
+  std::string topic;
+  std::string error;
+  while (text >> bag >> time_ns >> topic >> std::quoted(error)) {
+    File& file = bags_.at(bag);
+    if (file.failures.empty()) file.error = error;
+    file.failures.emplace(ros::Time().fromNSec(time_ns), topic);
+  }
+}
+
 std::vector<std::string> BagFiles::describeDamage() const {
   std::vector<std::string> lines;
   for (const File& file : bags_) {
     if (file.failures.empty()) continue;
-    const auto seconds = [&file](const ros::Time& time) {
-      return cuboid_mapping::toText(std::round(1e3 * (time - file.begin).toSec()) / 1e3);
+    const ros::Time begin = rosbag::View(*file.bag).getBeginTime();
+    const auto seconds = [&begin](const ros::Time& time) {
+      return cuboid_mapping::toText(std::round(1e3 * (time - begin).toSec()) / 1e3);
     };
     lines.push_back(file.bag->getFileName() +
                     " is damaged: " + cuboid_mapping::counted(file.failures.size(), "message") +

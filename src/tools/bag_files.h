@@ -51,6 +51,9 @@ class BagFiles {
   /// The stamp of a message that begins with a header; 0 when it cannot be read.
   [[nodiscard]] ros::Time readStamp(const BagMessage& message);
 
+  /// Messages that could not be read, as text for addFailures() in another process with the same bags.
+  [[nodiscard]] std::string failures() const;
+  void addFailures(const std::string& failures);
   /// One line for each bag with messages that could not be read.
   [[nodiscard]] std::vector<std::string> describeDamage() const;
 
@@ -61,7 +64,6 @@ class BagFiles {
     /// Time of recording and topic of failed messages.
     std::set<std::pair<ros::Time, std::string>> failures;
     std::string error;  ///< Error of the first failure.
-    ros::Time begin;
     /// First and last message of the bag, once they were needed.
     std::vector<rosbag::MessageInstance> ends;
   };

@@ -109,7 +109,7 @@ void putAll(BagClouds& clouds, BagMap& map) {
         if (update != nullptr) map.put(*update, origin, clouds.sensorModel(origin.source));
       },
       cuboid_mapping::showProgress("clouds"));
-  clouds.report(clouds.leftOut());
+  clouds.report(clouds.leftOut(), clouds.statistics());
   if (const auto advice = clouds.advice()) {
     std::cerr << "bag_to_map: a node could not keep up with these clouds: " << *advice << std::endl;
   }

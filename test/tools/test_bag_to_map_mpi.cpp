@@ -166,6 +166,37 @@ TEST_F(BagToMapMpi, saysOnceWhatIsWrong) {
   EXPECT_EQ(countOf("30 clouds dropped, no transform", end.err), 1U) << end.err;
 }
 
+/// Makes every fifth message of a bag unreadable: clouds, and poses, which all ranks read.
+void damage(const std::string& bag, const std::string& damaged) {
+  const std::string head("op=\x02\x0d\0\0\0time=", 13);  // In the record of a message.
+  std::string bytes = readText(bag);
+  std::size_t count = 0;
+  for (auto at = bytes.find(head); at != std::string::npos; at = bytes.find(head, at + 1)) {
+    if (count++ % 5 == 3) bytes[at] = 'x';
+  }
+  std::ofstream(damaged, std::ios::binary) << bytes;
+}
+
+TEST_F(BagToMapMpi, reportsWhatAnyRankLeavesOut) {
+  const std::string damaged = *folder / "damaged.bag";
+  damage(bag, damaged);
+  const Words arguments{damaged, "-o", *folder / "damaged.cuboids", "--set",
+                        "sensor_model/min_range=3"};
+  const std::string all = runProgram(Words{BAG_TO_MAP_PROGRAM} + arguments).err;
+  EXPECT_EQ(countOf("is damaged: ", all), 1U) << all;
+  EXPECT_EQ(countOf("% of the points left out", all), 1U) << all;
+  for (const int ranks : {1, 2, 3}) {
+    const ProgramEnd end = runRanks(ranks, arguments);
+    for (const std::string part : {"is damaged: ", "% of the points left out"}) {
+      const auto line_of = [&part](const std::string& text) {
+        const std::size_t begin = text.rfind(": ", text.find(part) - 1);
+        return text.substr(begin, text.find('\n', begin) - begin);
+      };
+      EXPECT_EQ(countOf(line_of(all), end.err), 1U) << all << end.err;
+    }
+  }
+}
+
 /// The child processes of a process, by the name of their program.
 std::vector<pid_t> childrenOf(pid_t parent, const std::string& name) {
   std::vector<pid_t> children;

@@ -141,6 +141,13 @@ cuboid_mapping::ProgressListener tellProgress(const MpiRanks& ranks) {
   };
 }
 
+/// The texts of all ranks, at rank 0.
+std::vector<std::string> gatherTexts(const MpiRanks& ranks, const std::string& own) {
+  std::vector<std::string> to(static_cast<std::size_t>(ranks.size()));
+  to.front() = own;
+  return ranks.exchange(to);
+}
+
 /// Inputs left out by any rank; the text of the first rank that has one.
 LeftOutClouds gatherLeftOut(const MpiRanks& ranks, const LeftOutClouds& own) {
   LeftOutClouds all;
@@ -148,9 +155,7 @@ LeftOutClouds gatherLeftOut(const MpiRanks& ranks, const LeftOutClouds& own) {
   std::copy(counts.begin(), counts.end(), all.counts.begin());
   for (std::size_t i = 0; i < kNumDropReasons; ++i) {
     if (all.counts[i] == 0) continue;
-    std::vector<std::string> to(static_cast<std::size_t>(ranks.size()));
-    to.front() = own.first_texts[i];
-    for (const std::string& text : ranks.exchange(to)) {
+    for (const std::string& text : gatherTexts(ranks, own.first_texts[i])) {
       if (all.first_texts[i].empty()) all.first_texts[i] = text;
     }
   }
@@ -170,10 +175,12 @@ MapSnapshot headOf(const BagClouds& clouds) {
 /// Progress of all ranks, in this run and earlier ones.
 MpiProgress gatherProgress(const MpiRanks& ranks, const BagClouds& clouds, const BrickOwner& owner,
                            const MpiProgress& before) {
-  MpiProgress progress{before.num_rounds, {}, gatherLeftOut(ranks, clouds.leftOut())};
+  MpiProgress progress{
+      before.num_rounds, {}, gatherLeftOut(ranks, clouds.leftOut()), before.failures};
+  for (const std::string& text : gatherTexts(ranks, clouds.failures())) progress.failures += text;
   const NodeStatistics& own = clouds.statistics();
-  progress.sums =
-      ranks.sum({own.num_received, own.num_inserted, own.num_points, owner.numSentBytes()});
+  progress.sums = ranks.sum({own.num_received, own.num_inserted, own.num_points,
+                             owner.numSentBytes(), own.num_odd_times, own.num_filtered});
   for (std::size_t i = 0; i < before.sums.size(); ++i) progress.sums[i] += before.sums[i];
   for (std::size_t i = 0; i < kNumDropReasons; ++i) {
     progress.left_out.counts[i] += before.left_out.counts[i];
@@ -279,8 +286,15 @@ int makeMap(const MpiRanks& ranks, const Options& options) {
   BrickOwner owner(ranks, models, makeMapConfig(clouds->parameters()).threads);
   const MpiProgress progress = walkAll(ranks, *clouds, owner, checkpoint);
   Figures figures = gatherFigures(ranks, owner, start);
-  if (ranks.rank() == 0) clouds->report(progress.left_out);
   const std::vector<std::uint64_t>& sums = progress.sums;
+  if (ranks.rank() == 0) {
+    PointCounts points;
+    points.num_points = sums[2];
+    points.num_odd_times = sums[4];
+    points.num_filtered = sums[5];
+    clouds->addFailures(progress.failures);
+    clouds->report(progress.left_out, points);
+  }
   if (sums[1] == 0) {
     throw EndOfAll{1,
                    "none of " + counted(sums[0], "cloud") + " could be used: nothing was written"};

@@ -52,7 +52,7 @@ class BrickOwner {
   [[nodiscard]] std::uint64_t numSentBytes() const { return num_sent_bytes_; }
   /// Time at ends of rounds for waiting for slower ranks, and sending.
   [[nodiscard]] double exchangeTime_s() const { return exchange_time_s_; }
-  /// Bytes of this process, so far.
+  /// CPU times of this process, so far.
   [[nodiscard]] const CpuTimes& cpuTimes() const { return cpu_times_; }
 
  private:

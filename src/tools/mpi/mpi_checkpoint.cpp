@@ -66,6 +66,7 @@ MpiProgress MpiCheckpoint::resume(BrickOwner& owner) const {
   progress.sums = index.at("sums").get<std::vector<std::uint64_t>>();
   progress.left_out.counts = index.at("left_out");
   progress.left_out.first_texts = index.at("left_out_texts");
+  progress.failures = index.value("failures", "");
   const std::string bytes = cuboid_mapping::readFile(partName(progress.num_rounds));
   owner.restore(
       cuboid_mapping::fromNativeFormat(bytes, cuboid_mapping::SnapshotLimits::none()).bricks);
@@ -88,7 +89,8 @@ void MpiCheckpoint::write(const MpiProgress& progress, const cuboid_mapping::Map
                      {"rounds", progress.num_rounds},
                      {"sums", progress.sums},
                      {"left_out", progress.left_out.counts},
-                     {"left_out_texts", progress.left_out.first_texts}};
+                     {"left_out_texts", progress.left_out.first_texts},
+                     {"failures", progress.failures}};
     cuboid_mapping::replaceFile(indexOf(folder_), index.dump(1));
   }
   (void)ranks_.sum({1});  // Waits until the older parts are not needed any more.

@@ -17,6 +17,7 @@ struct MpiProgress {
   std::uint64_t num_rounds = 0;
   std::vector<std::uint64_t> sums;  ///< Figures that add up over ranks and runs.
   LeftOutClouds left_out;
+  std::string failures;  ///< See BagFiles::failures(); at rank 0.
 };
 
 /// The state of a run, in a folder beside its output, from which a later run continues: an index, and a map of
@@ -36,6 +37,7 @@ class MpiCheckpoint {
 
   /// Gives the owner its bricks. @return Progress of the earlier run; zero if there is none.
   /// @throws cuboid_mapping::MapFileError  A file is damaged or missing.
+  /// @throws std::runtime_error  The ranks do not share the folder.
   [[nodiscard]] MpiProgress resume(BrickOwner& owner) const;
 
   /// Whether it is time to write.
@@ -43,7 +45,7 @@ class MpiCheckpoint {
   /// @param progress  Progress of all runs so far. @throws cuboid_mapping::MapFileError  A file cannot be
   ///                  written.
   void write(const MpiProgress& progress, const cuboid_mapping::MapSnapshot& part);
-  /// Removes the checkpoint when the output is written.
+  /// Removes the checkpoint when the output is written. For rank 0 alone; it does not wait.
   void remove() const;
 
  private:
