@@ -153,6 +153,7 @@ void takeMap(FollowerAccess& access, const py::object& message) {
     packed.push_back(toPacked(part.attr("bricks")));
   }
   access.take(head, packed);
+  if (!head.label.frame_id.empty()) access.frame_id = head.label.frame_id;
 }
 
 bool takeUpdate(FollowerAccess& access, const py::object& message) {

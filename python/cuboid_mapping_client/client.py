@@ -174,7 +174,6 @@ class CuboidMapClient:
                 return
             try:
                 self._map.take_map(parts)
-                self._map.frame_id = message.header.frame_id
             except DamagedMessage as error:
                 rospy.logwarn_throttle(10.0, 'ignored a damaged FullCuboidMap: %s' % error)
                 return

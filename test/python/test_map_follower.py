@@ -184,6 +184,14 @@ class MapFollowerTest(unittest.TestCase):
         copy.take_map(parts)
         self.expect_same(copy, server)
 
+    def test_has_the_frame_of_the_map(self):
+        server, copy = Server(False), MapFollower()
+        server.edit()
+        message = server.map()
+        message.header = SimpleNamespace(frame_id='hall', stamp=SimpleNamespace(to_nsec=lambda: 0))
+        copy.take_map(message)
+        self.assertEqual((copy.frame_id, copy.copy().frame_id), ('hall', 'hall'))
+
     def test_leaves_out_what_is_old(self):
         server, copy = Server(True), MapFollower()
         old = server.map()
