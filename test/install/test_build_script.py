@@ -31,7 +31,7 @@ class BuildScript(unittest.TestCase):
 
     def stub(self, name, command):
         file = self.root / 'stubs' / name
-        file.parent.mkdir(exist_ok=True)
+        file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(f'#!/bin/sh\n{command}\n')
         file.chmod(0o755)
 
@@ -57,6 +57,23 @@ class BuildScript(unittest.TestCase):
             self.assertIn(f'usage: scripts/{script} ', end.stdout)
             self.assertFalse(end.stdout.endswith('pipefail\n'), end.stdout)
         self.assertFalse((self.root / 'build').exists())
+
+    def test_a_script_finds_itself_from_its_folder(self):
+        for script in ('build', 'deb', 'demo', 'test'):
+            end = subprocess.run([f'./{script}', '--help'], cwd=self.root / 'scripts', capture_output=True, text=True)
+            self.assertIn(f'usage: scripts/{script} ', end.stdout, end.stderr)
+
+    def test_the_quick_demo_heeds_its_options_or_refuses_them(self):
+        (self.root / 'scripts/build').write_text('#!/bin/sh\n')
+        (self.root / 'build').mkdir()
+        (self.root / 'build/CMakeCache.txt').touch()
+        for program in ('simulated_map', 'map_render'):
+            self.stub(f'../devel/lib/cuboid_mapping/{program}', 'echo "$*"')
+        self.assertIn('--resolution 0.2', self.run_script('demo', '--quick', '--resolution', '0.2').stdout)
+        for more in (['--max-range', '5'], [SOURCE / 'package.xml']):
+            end = self.run_script('demo', '--quick', *more)
+            self.assertEqual(end.returncode, 1, more)
+            self.assertIn('--quick has no bag and no --max-range', end.stderr)
 
     def test_scripts_refuse_what_they_do_not_know(self):
         for script in ('test', 'demo'):
