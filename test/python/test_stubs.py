@@ -65,6 +65,17 @@ def test_classes_have_the_members_of_their_stubs(name):
             assert value.__doc__, member
 
 
+def test_a_number_may_be_given_where_one_is_the_default():
+    num_checked = 0
+    for name, stub in members(CLASSES['Map']):
+        for argument in stub.args.args if isinstance(stub, ast.FunctionDef) else []:
+            signature = getattr(cuboid_map.Map, name).__doc__ if argument.annotation else ''
+            if re.search(rf'\b{argument.arg}: [^:=]*= [\d.]+[,)]', signature.split('\n')[0]):
+                assert re.search(r"'(float|int)'", ast.dump(argument.annotation)), f'{name}: {argument.arg}'
+                num_checked += 1
+    assert num_checked > 5
+
+
 def test_functions_are_those_of_the_stubs():
     functions = {name for name in cuboid_map.__all__ if inspect.isbuiltin(getattr(cuboid_map, name))}
     assert functions == set(FUNCTIONS)

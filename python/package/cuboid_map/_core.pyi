@@ -9,10 +9,10 @@ from cuboid_map.results import (
     BoxCover, Boxes, Corridor, Cuboids, Distances, FreeBoxes, Frontiers, IntegratedScan, Motion, Nearest, Occupancy, Paths,
     PosePath, Poses, Rays)
 
-# Any argument of numpy.asarray().
+# An array, or what numpy makes one of.
 ArrayLike = typing.Union[np.ndarray, typing.Sequence[typing.Any]]
 
-# Any argument of open().
+# Name of a file.
 FileName = typing.Union[str, bytes, 'os.PathLike[str]']
 
 class MapFileError(OSError): ...
@@ -56,7 +56,7 @@ class Map:
         start_tolerance: float = ..., goal_tolerance: float = ...) -> Corridor: ...
     def cover_occupied(
         self, max_boxes: int, region: typing.Optional[ArrayLike] = ...,
-        keep_free: typing.Optional[ArrayLike] = ..., keep_passages: ArrayLike = ...,
+        keep_free: typing.Optional[ArrayLike] = ..., keep_passages: typing.Union[float, ArrayLike] = ...,
         previous: typing.Optional[ArrayLike] = ...) -> BoxCover: ...
     def free_boxes(
         self, max_boxes: int, region: typing.Optional[ArrayLike] = ..., overlap: bool = ...) -> FreeBoxes: ...
