@@ -126,10 +126,12 @@ class LaunchFilesTest(unittest.TestCase):
 
     def test_unknown_arguments_are_refused(self):
         for file, wrong, cure in (('mapping.launch', 'max_rang:=3', 'mean max_range:=?'), ('replay.launch', 'cloudd:=/points', 'mean cloud:=?'),
-                                  ('mapping.launch', 'manager:=/camera', 'nodelet:=MANAGER')):
+                                  ('mapping.launch', 'manager:=/camera', 'nodelet:=MANAGER'),
+                                  ('merge_maps.launch', 'resolutoin:=0.2', 'mean resolution:=?'),
+                                  ('octomap_server_compat.launch', 'max_rang:=3', 'mean max_range:=?')):
+            right = {'replay.launch': 'bag:=x.bag', 'merge_maps.launch': 'robots:=/robot1'}.get(file, 'cloud:=/x')
             for call in ([ROOT / 'launch' / file], ['cuboid_mapping', file]):
-                end = subprocess.run(['roslaunch', '--nodes', *map(str, call), 'bag:=x.bag' if 'replay' in file else 'cloud:=/x',
-                                      wrong], capture_output=True, text=True)
+                end = subprocess.run(['roslaunch', '--nodes', *map(str, call), right, wrong], capture_output=True, text=True)
                 self.assertNotEqual(end.returncode, 0)
                 self.assertIn(f'{file} has no argument {wrong.partition(":=")[0]}', end.stderr)
                 self.assertIn(cure, end.stderr)
