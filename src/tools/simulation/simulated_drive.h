@@ -69,6 +69,7 @@ class SimulatedDrive {
                                                         const Eigen::Isometry3d& T_map_base) const;
   ///@}
 
+  [[nodiscard]] const cuboid_mapping::World& world() const { return world_; }
   /// Seconds from the start to cloud `index`.
   [[nodiscard]] double timeOf(std::uint64_t index) const;
   /// T_map_base at a time.

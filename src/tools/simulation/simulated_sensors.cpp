@@ -76,7 +76,6 @@ Lidar makeCamera(const DriveConfig& drive) {
 
 SimulatedSensors::SimulatedSensors(const DriveConfig& config)
     : config_(config),
-      world_(config.seed),
       drive_(config),
       rear_lidar_(ofRearLidar(config)),
       laser_(makeLaser(config)),
@@ -151,7 +150,7 @@ sensor_msgs::CameraInfo SimulatedSensors::toCameraMessage(const ros::Time& stamp
 LidarCloud SimulatedSensors::measure(const Lidar& lidar, const Eigen::Isometry3d& T_base_sensor,
                                      std::uint64_t tick) const {
   const double time_s = timeOf(tick);
-  return lidar.computeCloud(world_.computeSolids(time_s),
+  return lidar.computeCloud(drive_.world().computeSolids(time_s),
                             drive_.computePose(time_s) * T_base_sensor, tick);
 }
 

@@ -59,7 +59,6 @@ class SimulatedSensors {
   [[nodiscard]] double timeOf(std::uint64_t tick) const;
 
   DriveConfig config_;
-  cuboid_mapping::World world_;
   SimulatedDrive drive_;
   cuboid_mapping::Lidar rear_lidar_;
   cuboid_mapping::Lidar laser_;
