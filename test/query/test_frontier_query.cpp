@@ -207,5 +207,26 @@ TEST(FrontierQuery, endsWithItsBudget) {
   EXPECT_EQ(findFrontiers(map, {}, bricks).status, AnswerStatus::kBudgetSpent);
 }
 
+/// A free plane of 200 x 200 voxels has 625 bricks, and 40,000 voxels beside unknown ones.
+TEST(FrontierQuery, spendsItsBudgetOnVoxelsAndLetsOthersHaveTheirTurn) {
+  MapConfig config;
+  config.resolution_m = 1.0;
+  CuboidMap map(config);
+  map.replace(kAllCells, {{{{0, 0, 0}, {200, 200, 1}}, -1.0F}});
+  QueryLimits limits;
+  limits.max_bricks = 20000;
+  Budget bricks(limits);
+  const auto found = findFrontiers(map, {}, bricks);
+  EXPECT_EQ(found.status, AnswerStatus::kBudgetSpent);
+  EXPECT_TRUE(found.value.empty()) << "a part of a cluster is none";
+
+  FrontierTask task;
+  task.min_voxels = 1000000;
+  int num_turns = 0;
+  Budget turns({}, {[&] { ++num_turns; }, 0.0, nullptr});
+  EXPECT_TRUE(findFrontiers(map, task, turns).isNotFound());
+  EXPECT_GT(num_turns, 100);
+}
+
 }  // namespace
 }  // namespace cuboid_mapping

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/query/frontier_query.h"
 
+#include "cuboid_mapping/geometry/box_faces.h"
 #include "cuboid_mapping/query/fit_query.h"
 #include "cuboid_mapping/query/ray_query.h"
 #include "cuboid_mapping/voxels/brick_table.h"
@@ -45,39 +46,37 @@ FrontierTable markFrontiers(const CuboidMap& map, const CellBox& region, Budget&
   return table;
 }
 
-/// Removes a voxel. @return Whether it was there.
-bool take(FrontierTable& table, const Cell& cell) {
-  FrontierBrick* brick = table.find(brickOf(cell));
-  if (brick == nullptr || !brick->voxels.test(voxelIndex(cell))) return false;
-  brick->voxels = brick->voxels.without(BrickMask::ofBox(CellBox::ofCell(cell)));
-  return true;
+/// Moves the voxels in a box from the table to a cluster.
+void take(FrontierTable& table, const CellBox& box, std::vector<Cell>& cluster) {
+  forEachBrick(box, [&](const Cell& at) {
+    FrontierBrick* brick = table.find(at);
+    if (brick == nullptr) return;
+    const BrickMask found = brick->voxels & BrickMask::ofBox(intersect(box, brickBox(at)));
+    forEachCell(at, found, [&](const Cell& cell) { cluster.push_back(cell); });
+    brick->voxels = brick->voxels.without(found);
+  });
 }
 
-/// Removes a voxel and all that are connected to it. @return These.
-std::vector<Cell> takeCluster(FrontierTable& table, const Cell& first) {
+/// Removes a voxel and all that are connected to it. @return These; none if the budget is spent.
+std::vector<Cell> takeCluster(FrontierTable& table, const Cell& first, Budget& budget) {
   std::vector<Cell> cluster;
-  if (take(table, first)) cluster.push_back(first);
+  take(table, CellBox::ofCell(first), cluster);
   for (std::size_t i = 0; i < cluster.size(); ++i) {
-    const Cell cell = cluster[i];
-    for (std::int32_t z = cell.z - 1; z <= cell.z + 1; ++z) {
-      for (std::int32_t y = cell.y - 1; y <= cell.y + 1; ++y) {
-        for (std::int32_t x = cell.x - 1; x <= cell.x + 1; ++x) {
-          if (take(table, {x, y, z})) cluster.push_back({x, y, z});
-        }
-      }
-    }
+    if (!budget.spendAndUnlock()) return {};
+    take(table, dilate(CellBox::ofCell(cluster[i])), cluster);
   }
   std::sort(cluster.begin(), cluster.end());
   return cluster;
 }
 
-std::vector<Frontier> takeClusters(FrontierTable table, std::size_t min_voxels) {
+/// The clusters, the largest first; some of them if the budget is spent. Others get their turn meanwhile.
+std::vector<Frontier> takeClusters(FrontierTable table, std::size_t min_voxels, Budget& budget) {
   std::vector<FrontierBrick> bricks;
   table.forEach([&](const FrontierBrick& brick) { bricks.push_back(brick); });
   std::vector<Frontier> frontiers;
   for (const FrontierBrick& brick : bricks) {
     forEachCell(brick.brick, brick.voxels, [&](const Cell& cell) {
-      std::vector<Cell> cluster = takeCluster(table, cell);
+      std::vector<Cell> cluster = takeCluster(table, cell, budget);
       if (cluster.empty() || cluster.size() < min_voxels) return;
       frontiers.emplace_back().voxels = std::move(cluster);
     });
@@ -147,7 +146,9 @@ Answer<std::vector<Frontier>> findFrontiers(const CuboidMap& map, const Frontier
   }
   FrontierTable marked = markFrontiers(map, task.region, budget);
   std::vector<Frontier> frontiers;
-  if (!budget.isSpent()) frontiers = takeClusters(std::move(marked), task.min_voxels);
+  if (!budget.isSpent()) {
+    frontiers = takeClusters(std::move(marked), task.min_voxels, budget);
+  }
   const auto num_skipped = static_cast<std::ptrdiff_t>(std::min(task.first, frontiers.size()));
   frontiers.erase(frontiers.begin(), frontiers.begin() + num_skipped);
   std::size_t num_complete = 0;
