@@ -80,6 +80,18 @@ TEST(FitField, hasThePlacesWhereTheBoxMeetsNothing) {
   EXPECT_LT(num_fitting, num_cases * 9 / 10);
 }
 
+/// A box of 100 voxels reaches 14 x 14 x 14 bricks from one.
+TEST(FitField, readsOneLayerOfBricksWhereThatLeavesNoPlace) {
+  CuboidMap map(fitConfig());
+  QueryLimits limits;
+  limits.max_bricks = 1000;
+  Budget budget(limits);
+  const Obstacles obstacles(map, UnknownPolicy::kObstacle, budget);
+  FitField field(obstacles, {100, 100, 100});
+  EXPECT_FALSE(field.fits({0, 0, 0}));
+  EXPECT_FALSE(budget.isSpent());
+}
+
 TEST(FitQuery, isThePointItselfWhereTheBoxFits) {
   CuboidMap map(fitConfig());
   map.replace(kAllCells, {{{{0, 0, 0}, {10, 10, 10}}, -1.0F}});
@@ -115,6 +127,12 @@ TEST(FitQuery, doesNotSearchBeyondWhatIsKnownWhereTheUnknownIsAnObstacle) {
   EXPECT_TRUE(findNearestFit(map, {0, 0, 0}, {1, 1, 1}, UnknownPolicy::kObstacle, 100.0, of_few)
                   .isNotFound());
   EXPECT_FALSE(of_few.isSpent());
+  limits.max_bricks = 1000;
+  Budget of_map(limits);
+  const auto far = findNearestFit(map, {1000, 0.4, 0.4}, Eigen::Vector3d::Constant(0.5),
+                                  UnknownPolicy::kObstacle, 2000.0, of_map);
+  ASSERT_TRUE(far.isFound());
+  EXPECT_NEAR(far->distance_m, 999.45, 1e-6);
 }
 
 TEST(FitQuery, isNothingWhereNoneIsNearOrTheQuestionIsBad) {

@@ -212,8 +212,8 @@ TEST(QueriesWithABudget, countTheEntriesOfTheirAnswers) {
 std::vector<Question> monstrousBoxes() {
   return {{"nearest place in unknown space",
            [](const CuboidMap& map, Budget& budget) {
-             (void)findNearestFit(map, {-1e4, 0, 0}, {3, 3, 3}, UnknownPolicy::kObstacle, 1e4 - 100,
-                                  budget);
+             (void)findNearestFit(map, {1e4, 1e4, 1e4}, {3, 3, 3}, UnknownPolicy::kObstacle,
+                                  1e4 - 100, budget);
              return "";
            }},
           {"place of a box of 1000 km",

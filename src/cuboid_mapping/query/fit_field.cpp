@@ -34,57 +34,56 @@ std::uint64_t loadWord(const std::uint8_t* bytes) {
 const BrickMask& FitField::inBrick(const Cell& brick) {
   if (const FitBrick* known = bricks_.find(brick)) return known->places;
   static const BrickMask kNone;
-  if (!spendForBrick()) return kNone;
-  return bricks_.findOrAdd(brick).places = compute(brick);
-}
-
-/// Deducts the bricks that the box reaches from the budget.
-bool FitField::spendForBrick() const {
   const double num_reached = 1.0 * numReached(size_.x) * numReached(size_.y) * numReached(size_.z);
   if (num_reached > kMaxReached) budget().end(BudgetLimit::kBricks);
-  return budget().spend(
-      std::max<std::uint64_t>(kKeptBrick, static_cast<std::uint64_t>(num_reached)));
+  if (!budget().spend(0)) return kNone;
+  std::uint64_t num_read = 0;
+  const BrickMask places = compute(brick, num_read);
+  if (!budget().spend(std::max(kKeptBrick, num_read))) return kNone;
+  return bricks_.findOrAdd(brick).places = places;
 }
 
-/// Rows of 8 + size - 1 along y and z, so that every box that starts in the brick is covered.
-void FitField::fillRows(const Cell& brick) {
-  const Cell reached{numReached(size_.x), numReached(size_.y), numReached(size_.z)};
+/// Rows of 8 + size - 1 along y, so that every box that starts in the brick is covered.
+/// @param layer  Least brick of a layer that the box reaches.
+void FitField::fillRows(const Cell& layer) {
+  const Cell reached{numReached(size_.x), numReached(size_.y), 1};
   const auto num_rows = static_cast<std::size_t>(reached.y) * kBrickEdge;
-  rows_.resize(num_rows * static_cast<std::size_t>(reached.z) * kBrickEdge);
-  std::vector<BrickMask> along_x(static_cast<std::size_t>(reached.x) + 1);
-  for (std::int32_t z = 0; z < reached.z; ++z) {
-    for (std::int32_t y = 0; y < reached.y; ++y) {
-      for (std::int32_t x = 0; x < reached.x; ++x) {
-        along_x[static_cast<std::size_t>(x)] =
-            obstacles_.inBrick(brick + Cell{x * kBrickEdge, y * kBrickEdge, z * kBrickEdge});
+  rows_.resize(num_rows * kBrickEdge);
+  along_x_.resize(static_cast<std::size_t>(reached.x) + 1);
+  for (std::int32_t y = 0; y < reached.y; ++y) {
+    for (std::int32_t x = 0; x < reached.x; ++x) {
+      along_x_[static_cast<std::size_t>(x)] =
+          obstacles_.inBrick(layer + Cell{x * kBrickEdge, y * kBrickEdge, 0});
+    }
+    for (std::size_t slice = 0; slice < kBrickEdge; ++slice) {
+      std::uint64_t blocked = 0;
+      for (std::int32_t by = 0; by < size_.x; ++by) {
+        const auto at = static_cast<std::size_t>(by / kBrickEdge);
+        blocked |= shiftRows(along_x_[at][slice], along_x_[at + 1][slice], by % kBrickEdge);
       }
-      for (std::size_t slice = 0; slice < kBrickEdge; ++slice) {
-        std::uint64_t blocked = 0;
-        for (std::int32_t by = 0; by < size_.x; ++by) {
-          const auto at = static_cast<std::size_t>(by / kBrickEdge);
-          blocked |= shiftRows(along_x[at][slice], along_x[at + 1][slice], by % kBrickEdge);
-        }
-        const std::size_t row = static_cast<std::size_t>(z) * kBrickEdge + slice;
-        std::memcpy(&rows_[row * num_rows + static_cast<std::size_t>(y) * kBrickEdge], &blocked,
-                    sizeof(blocked));
-      }
+      std::memcpy(&rows_[slice * num_rows + static_cast<std::size_t>(y) * kBrickEdge], &blocked,
+                  sizeof(blocked));
     }
   }
 }
 
-BrickMask FitField::compute(const Cell& brick) {
-  fillRows(brick);
+/// Ends with the layer that leaves no place. @param num_read  Raised by the number of read bricks.
+BrickMask FitField::compute(const Cell& brick, std::uint64_t& num_read) {
   const auto num_rows = static_cast<std::size_t>(numReached(size_.y)) * kBrickEdge;
   BrickMask fits = BrickMask::all();
-  const auto num_slices = static_cast<std::size_t>(size_.z) + kBrickEdge - 1;
-  for (std::size_t z = 0; z < num_slices; ++z) {
+  const auto edge = static_cast<std::size_t>(size_.z);
+  for (std::size_t z = 0; z < edge + kBrickEdge - 1 && !fits.isEmpty(); ++z) {
+    const std::size_t slice = z % kBrickEdge;
+    if (slice == 0) {
+      fillRows(brick + Cell{0, 0, static_cast<std::int32_t>(z)});
+      num_read += static_cast<std::uint64_t>(numReached(size_.x)) * numReached(size_.y);
+    }
     std::uint64_t blocked = 0;
     for (std::size_t y = 0; y < static_cast<std::size_t>(size_.y); ++y) {
-      blocked |= loadWord(&rows_[z * num_rows + y]);
+      blocked |= loadWord(&rows_[slice * num_rows + y]);
     }
     // The boxes whose slices include this one.
     const std::size_t last = std::min<std::size_t>(z, kBrickEdge - 1);
-    const std::size_t edge = static_cast<std::size_t>(size_.z);
     for (std::size_t at = z + 1 > edge ? z + 1 - edge : 0; at <= last; ++at) fits[at] &= ~blocked;
   }
   return fits;

@@ -47,15 +47,15 @@ class FitField {
     BrickMask places;
   };
 
-  [[nodiscard]] bool spendForBrick() const;
-  [[nodiscard]] BrickMask compute(const Cell& brick);
-  void fillRows(const Cell& brick);
+  [[nodiscard]] BrickMask compute(const Cell& brick, std::uint64_t& num_read);
+  void fillRows(const Cell& layer);
 
   const Obstacles& obstacles_;
   Cell size_;
   BrickTable<FitBrick> bricks_;  ///< Freed at once: a search that ends by its time ends soon.
-  /// Rows of one brick: byte (z, y) has bit x if an obstacle is in the row of the box that begins at x.
+  /// Rows of one layer of bricks: byte (z, y) has bit x if an obstacle is in the row of the box that begins at x.
   std::vector<std::uint8_t> rows_;
+  std::vector<BrickMask> along_x_;  ///< Obstacles of a line of bricks, and an empty one.
 };
 
 }  // namespace cuboid_mapping

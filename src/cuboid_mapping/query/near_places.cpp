@@ -4,6 +4,7 @@
 #include "cuboid_mapping/geometry/box_faces.h"
 
 #include <algorithm>
+#include <cstdlib>
 
 namespace cuboid_mapping {
 
@@ -38,8 +39,11 @@ double NearPlaces::farthest() const {
 void NearPlaces::search(double max_distance, Wanted wanted) {
   found_.clear();
   max_squared_ = std::pow(std::min(max_distance, farthest()), 2.0);
+  if (allowed_.isEmpty()) return;
   const Cell middle = brickOf(floorOf(point_ - half_));
-  for (std::int32_t ring = 0; isNear(ring) && !field_.budget().isSpent(); ++ring) {
+  const Cell away = brickOf(clampTo(allowed_, middle)) - middle;
+  const std::int32_t first = std::max({std::abs(away.x), std::abs(away.y), std::abs(away.z)});
+  for (std::int32_t ring = first / kBrickEdge; isNear(ring) && !field_.budget().isSpent(); ++ring) {
     searchRing(middle, ring * kBrickEdge, wanted);
   }
 }
@@ -50,13 +54,17 @@ bool NearPlaces::isNear(std::int32_t ring) const {
   return distance <= 0.0 || distance * distance <= max_squared_;
 }
 
+/// The bricks of a ring that have allowed places.
 void NearPlaces::searchRing(const Cell& middle, std::int32_t radius, Wanted wanted) {
   const CellBox ring{middle - Cell{radius, radius, radius}, middle + Cell{radius, radius, radius}};
-  for (std::int32_t z = ring.min.z; z <= ring.max.z; z += kBrickEdge) {
-    for (std::int32_t y = ring.min.y; y <= ring.max.y; y += kBrickEdge) {
+  const CellBox part =
+      intersect({ring.min, ring.max + Cell{1, 1, 1}}, {brickOf(allowed_.min), allowed_.max});
+  for (std::int32_t z = part.min.z; z < part.max.z; z += kBrickEdge) {
+    for (std::int32_t y = part.min.y; y < part.max.y; y += kBrickEdge) {
       const bool is_side = z == ring.min.z || z == ring.max.z || y == ring.min.y || y == ring.max.y;
       const std::int32_t step = is_side || radius == 0 ? kBrickEdge : 2 * radius;
-      for (std::int32_t x = ring.min.x; x <= ring.max.x; x += step) {
+      for (std::int32_t x = is_side ? part.min.x : ring.min.x; x < part.max.x; x += step) {
+        if (x < part.min.x) continue;
         if (!field_.budget().spendAndUnlock()) return;
         searchBrick({x, y, z}, wanted);
       }

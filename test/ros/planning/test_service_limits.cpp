@@ -133,8 +133,8 @@ TEST_F(ServiceLimitsTest, TellOfPlacesThatWereNotSearchedThatNoneIsFound) {
   FindNearestFree::Request request;
   request.points = {point(0.5, 0.5, 0.5), point(-1000, 0, 0)};
   request.size = vector(0.3, 0.3, 0.3);
-  request.max_distance = 500.0;
-  const auto cut = answer<FindNearestFree>(withBricks(100000), request);
+  request.max_distance = 2000.0;
+  const auto cut = answer<FindNearestFree>(withBricks(10), request);
   expectCut(cut, " bricks");
   EXPECT_EQ(cut.info.answered, 1U);
   EXPECT_EQ(cut.found, (std::vector<std::uint8_t>{1, 0}));
