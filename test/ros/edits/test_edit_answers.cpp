@@ -289,5 +289,26 @@ TEST_F(EditAnswers, LetCloudsInWhileALargeBoxIsSet) {
   });
 }
 
+TEST_F(EditAnswers, MakeALargeMapUnknownInParts) {
+  SetBox::Request request;
+  request.occupancy = SetBox::Request::FREE;
+  request.boxes = {box({10.3, 0.3, 0.3}, {40.1, 29.7, 20.2})};
+  const std::uint64_t first = answer<SetBox>(in_frame_, request).info.revision;
+  const double num_free = numFreeVoxels();
+  const double num_occupied = numOccupiedVoxels();
+  request.occupancy = SetBox::Request::UNKNOWN;
+  request.lock = true;
+  request.boxes = {box({-5000, -5000, -500}, {5000, 5000, 500})};
+  const auto response = answer<SetBox>(in_frame_, request);
+  EXPECT_TRUE(response.info.success) << response.info.message;
+  EXPECT_EQ(response.info.answered, 1U);
+  EXPECT_GT(response.info.revision, first + 5);
+  EXPECT_EQ(numFreeVoxels() + numOccupiedVoxels(), 0.0);
+  EXPECT_EQ(lockedBoxes().size(), 1U);
+  EXPECT_TRUE(undoEdit(map_).success);
+  EXPECT_EQ(numFreeVoxels(), num_free);
+  EXPECT_EQ(numOccupiedVoxels(), num_occupied);
+}
+
 }  // namespace
 }  // namespace cuboid_mapping_ros

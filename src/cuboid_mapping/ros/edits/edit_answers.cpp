@@ -2,6 +2,7 @@
 // Edits of boxes.
 #include "cuboid_mapping/ros/edits/map_edits.h"
 
+#include "cuboid_mapping/geometry/box_faces.h"
 #include "cuboid_mapping/io/text.h"
 
 #include <algorithm>
@@ -70,6 +71,21 @@ std::vector<CellBox> divide(const CellBox& box) {
   return parts;
 }
 
+/// The parts of a box to set one after the other. Making a box unknown costs only as much as its known part: a large
+/// one is divided inside the bounds of the map, unless these are almost empty.
+std::vector<CellBox> partsOf(const GuardedMap& map, const CellBox& box) {
+  if (numBricks(box) <= kMaxSetBricks) return divide(box);
+  return map.read([&](const CuboidMap& content) -> std::vector<CellBox> {
+    constexpr double kMaxLookups = 16.0;  // For each known brick.
+    const CellBox known = intersect(box, content.bounds().value_or(CellBox()));
+    const auto num_known = static_cast<double>(content.voxels().size());
+    if (known.isEmpty() || numBricks(known) > kMaxLookups * num_known) return {box};
+    std::vector<CellBox> parts = divide(known);
+    for (const CellBox& rest : subtractAll({box}, {known})) parts.push_back(rest);
+    return parts;
+  });
+}
+
 ChangeSet setPart(CuboidMap& map, const CellBox& box, const SetRequest& request) {
   std::vector<UniformBox> boxes;
   if (isFilled(request)) boxes.push_back({box, toLogOdds(map.sensorModel(), request)});
@@ -88,10 +104,8 @@ void setBox(GuardedMap& map, const CellBox& box, const SetRequest& request, Budg
       return ChangeSet{content.revision(), false, {}};
     });
   }
-  // Making a box unknown costs only as much as its known part.
-  const bool is_divided = numBricks(box) <= kMaxSetBricks;
   bool is_locked = false;
-  for (const CellBox& part : is_divided ? divide(box) : std::vector<CellBox>{box}) {
+  for (const CellBox& part : partsOf(map, box)) {
     if (!budget.checkClock()) return;
     map.editIn(
         part,
