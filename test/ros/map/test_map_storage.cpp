@@ -111,6 +111,25 @@ TEST(MapStorage, putsAMapIntoAnotherOneByRuleAndTransform) {
   EXPECT_EQ(voxelsOf(map), cuboid_mapping::test::voxelsOf(moved.bricks));
 }
 
+TEST(MapStorage, mergesAMapInPartsBetweenWhichOthersChangeIt) {
+  const TemporaryFolder folder;
+  GuardedMap other(makeConfig());
+  other.edit([](CuboidMap& content) {
+    return content.replace(cuboid_mapping::kAllCells, {{{{0, 0, 0}, {1000, 1000, 1}}, 1.0F}});
+  });
+  ASSERT_EQ(saveMap(other, "map", folder / "other.cuboids").error, "");
+  GuardedMap map(makeConfig());
+  const StorageAnswer answer = loadMap(map, folder / "other.cuboids", {},
+                                       {cuboid_mapping::MergeRule::kSum, std::nullopt, ""});
+  EXPECT_EQ(answer.error, "");
+  EXPECT_EQ(answer.num_cuboids, 125U * 125U);
+  map.read([&](const CuboidMap& content) {
+    EXPECT_EQ(content.voxels().numOccupiedVoxels(), 1e6);
+    EXPECT_GT(content.revision(), 50U);
+    return 0;
+  });
+}
+
 Eigen::Isometry3d makeQuarterTurn(const Eigen::Vector3d& shift_m) {
   Eigen::Isometry3d turn(Eigen::AngleAxisd(M_PI / 2.0, Eigen::Vector3d::UnitZ()));
   turn.translation() = shift_m;

@@ -78,16 +78,6 @@ std::size_t countCuboids(const MapSnapshot& snapshot) {
   return cuboids.size();
 }
 
-/// Box around all bricks; empty if there are none.
-CellBox boundsOf(const MapSnapshot& snapshot) {
-  CellBox bounds;
-  for (const VoxelBrick& brick : snapshot.bricks) {
-    const CellBox box = brickBox(brick.brick);
-    bounds = bounds.isEmpty() ? box : unite(bounds, box);
-  }
-  return bounds;
-}
-
 /// @param prepare  (CuboidMap&): prepares the old map for the exchange, or throws.
 template <typename PrepareT>
 void putInPlace(GuardedMap& map, const MapConfig& config, const MapSnapshot& snapshot,
@@ -104,15 +94,56 @@ void putInPlace(GuardedMap& map, const MapConfig& config, const MapSnapshot& sna
   });
 }
 
+/// Box around all bricks; empty if there are none.
+CellBox boundsOf(const MapSnapshot& snapshot) {
+  CellBox bounds;
+  for (const VoxelBrick& brick : snapshot.bricks) {
+    const CellBox box = brickBox(brick.brick);
+    bounds = bounds.isEmpty() ? box : unite(bounds, box);
+  }
+  return bounds;
+}
+
+/// The cube of 16 x 16 x 16 bricks around a brick. A snapshot has the bricks of each one after the other.
+CellBox cubeAround(const Cell& brick) {
+  constexpr std::int32_t kEdge = 16 * kBrickEdge;
+  const Cell min{brick.x & -kEdge, brick.y & -kEdge, brick.z & -kEdge};
+  return {min, min + Cell{kEdge, kEdge, kEdge}};
+}
+
+/// Merges the bricks of one cube at a time: others read and change the map in between.
 void mergeInto(GuardedMap& map, const MapSnapshot& snapshot, MergeRule rule,
                StorageAnswer& answer) {
-  map.editIn(boundsOf(snapshot), [&](CuboidMap& content) {
-    MapSnapshot merged = takeSnapshot(content, "");
-    answer.notes += describe(mergeMaps(merged, snapshot, rule), rule);
-    auto changes = content.replace(kAllCells, merged.bricks);
+  const CellBox whole = boundsOf(snapshot);
+  MapOverlap overlap;
+  for (auto first = snapshot.bricks.begin(); first != snapshot.bricks.end();) {
+    const CellBox cube = cubeAround(first->brick);
+    const auto end = std::find_if(first, snapshot.bricks.end(), [&](const VoxelBrick& brick) {
+      return !cube.contains(brick.brick);
+    });
+    MapSnapshot added;
+    added.resolution_m = snapshot.resolution_m;
+    added.bricks.assign(first, end);
+    const auto merge = [&](CuboidMap& content) {
+      MapSnapshot merged = {content.config().resolution_m, content.config().sensor_model,
+                            content.config().environment, "", content.voxels().copyIn(cube)};
+      const MapOverlap part = mergeMaps(merged, added, rule);
+      overlap.known_to_both += part.known_to_both;
+      overlap.other_class += part.other_class;
+      overlap.only_in_second += part.only_in_second;
+      return content.replace(cube, std::move(merged.bricks));
+    };
+    map.editIn(cube, merge, whole);
+    first = end;
+  }
+  map.read([&](const CuboidMap& content) {
+    const VoxelStore& voxels = content.voxels();
+    overlap.only_in_first = voxels.numFreeVoxels() + voxels.numOccupiedVoxels() -
+                            overlap.known_to_both - overlap.only_in_second;
     answer.num_cuboids = countCuboids(content).total();
-    return changes;
+    return 0;
   });
+  answer.notes += describe(overlap, rule);
 }
 
 }  // namespace

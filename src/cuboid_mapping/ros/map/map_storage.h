@@ -92,10 +92,10 @@ struct LoadPlacement {
 
 /// Replaces the map by that of a file, or merges both; see moveMap() and mergeMaps(). Locks stay.
 /// An error changes nothing: an unreadable or bad file, another resolution, a bad transform, a map beyond the
-/// limits, lack of memory, an end by the listener.
+/// limits, lack of memory, an end by the listener. Only if memory runs out during a merge, a part stays merged.
 ///
 /// Replacing: the new map is built beside the old one, which is locked for the exchange only; clouds that
-/// arrive until then are lost with the old map. Merging: the map is locked while the two are merged, and no
+/// arrive until then are lost with the old map. Merging: the map is locked for one part after the other, and no
 /// cloud is lost.
 [[nodiscard]] StorageAnswer loadMap(GuardedMap& map, const std::string& file,
                                     const SnapshotLimits& limits = {},
