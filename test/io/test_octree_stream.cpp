@@ -11,6 +11,7 @@
 #include <octomap/OcTree.h>
 #include <octomap/OcTreeStamped.h>
 
+#include <algorithm>
 #include <functional>
 #include <sstream>
 
@@ -110,6 +111,13 @@ TEST(OctreeStream, ofAnEmptyMapHasNoBytes) {
   EXPECT_TRUE(readBinaryOctree("", -1.0F, 1.0F).leaves.empty());
 }
 
+void expectEqual(const std::vector<OctreeLeaf>& a, const std::vector<OctreeLeaf>& b) {
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    EXPECT_TRUE(a[i].min == b[i].min && a[i].depth == b[i].depth && a[i].log_odds == b[i].log_odds);
+  }
+}
+
 TEST(OctreeStream, givesTheVoxelsBack) {
   Random random(42);
   for (int i = 0; i < 20; ++i) {
@@ -126,6 +134,13 @@ TEST(OctreeStream, givesTheVoxelsBack) {
       num_voxels += static_cast<std::size_t>(leaf.edge()) * leaf.edge() * leaf.edge();
     }
     EXPECT_EQ(num_voxels, test::voxelsOf(snapshot.bricks).size());
+    std::vector<OctreeLeaf> all = computeOctreeLeaves(snapshot.bricks, OctreeKind::kFull);
+    const auto middle = std::stable_partition(
+        all.begin(), all.end(), [](const OctreeLeaf& leaf) { return leaf.log_odds >= 0.0F; });
+    expectEqual(computeOctreeLeaves(snapshot.bricks, OctreeKind::kFull, CuboidFilter::kOccupied),
+                {all.begin(), middle});
+    expectEqual(computeOctreeLeaves(snapshot.bricks, OctreeKind::kFull, CuboidFilter::kFree),
+                {middle, all.end()});
   }
 }
 

@@ -114,7 +114,7 @@ bool isOctomapFile(std::string_view bytes) {
 }
 
 std::string toOctomapFile(const MapSnapshot& snapshot, OctreeKind kind) {
-  const OctreeStream tree = toOctreeStream(snapshot.bricks, kind);
+  OctreeStream tree = toOctreeStream(snapshot.bricks, kind);
   if (tree.num_left_out > 0.0) {
     failToRead(MapFileDefect::kTooBig,
                "OctoMap's files reach 32768 voxels from the origin, and the map has " +
@@ -125,7 +125,8 @@ std::string toOctomapFile(const MapSnapshot& snapshot, OctreeKind kind) {
   file += "\n# (feel free to add / change comments, but leave the first line as it is!)\n#\n";
   file += "id OcTree\nsize " + std::to_string(tree.num_nodes) + "\nres " +
           formatResolution(snapshot.resolution_m) + "\ndata\n";
-  return file + tree.bytes;
+  tree.bytes.insert(0, file);  // Without a copy: it can be larger than the map.
+  return std::move(tree.bytes);
 }
 
 MapSnapshot fromOctomapFile(std::string_view bytes, const SensorModelConfig& model,

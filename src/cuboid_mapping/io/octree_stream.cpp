@@ -191,23 +191,28 @@ class BinarySink {
   OctreeStream& stream_;
 };
 
-/// Collects leaves.
+/// Collects leaves. Those that undo() takes back have one class.
 class LeafSink {
  public:
   using Mark = std::size_t;
 
-  explicit LeafSink(std::vector<OctreeLeaf>& leaves) : leaves_(leaves) {}
+  LeafSink(std::vector<OctreeLeaf>& leaves, CuboidFilter classes)
+      : leaves_(leaves), classes_(classes) {}
 
   Mark open() { return leaves_.size(); }
   void close(Mark /*mark*/, const std::array<NodeState, 8>& /*children*/, float /*log_odds*/) {}
   void undo(Mark mark) { leaves_.erase(leaves_.begin() + static_cast<long>(mark), leaves_.end()); }
   void leaf(const Cell& min, int depth, float log_odds) {
-    leaves_.push_back({min, depth, log_odds});
+    const bool is_occupied = log_odds >= 0.0F;
+    const bool is_left_out =
+        classes_ != CuboidFilter::kAll && is_occupied != (classes_ == CuboidFilter::kOccupied);
+    if (!is_left_out) leaves_.push_back({min, depth, log_odds});
   }
   void finish() {}
 
  private:
   std::vector<OctreeLeaf>& leaves_;
+  CuboidFilter classes_;
 };
 
 /// Walks the octree of bricks depth first, and passes its nodes to a sink. Eight leaves of one value
@@ -350,10 +355,10 @@ OctreeStream toOctreeStream(const std::vector<VoxelBrick>& bricks, OctreeKind ki
   return stream;
 }
 
-std::vector<OctreeLeaf> computeOctreeLeaves(const std::vector<VoxelBrick>& bricks,
-                                            OctreeKind kind) {
+std::vector<OctreeLeaf> computeOctreeLeaves(const std::vector<VoxelBrick>& bricks, OctreeKind kind,
+                                            CuboidFilter classes) {
   std::vector<OctreeLeaf> leaves;
-  OctreeWalk<LeafSink>(bricks, kind, LeafSink(leaves)).run();
+  OctreeWalk<LeafSink>(bricks, kind, LeafSink(leaves, classes)).run();
   return leaves;
 }
 

@@ -7,7 +7,7 @@
 #pragma once
 
 #include "cuboid_mapping/io/octomap_files.h"
-#include "cuboid_mapping/occupancy/cuboid.h"
+#include "cuboid_mapping/occupancy/cuboid_filter.h"
 #include "cuboid_mapping/voxels/voxel_store.h"
 
 #include <cstddef>
@@ -46,9 +46,10 @@ struct OctreeLeaf {
 };
 
 /// The leaves of the octree of bricks, depth first. Voxels outside kOctreeCells are left
-/// out; for kBinary the log-odds are 1 and -1.
-[[nodiscard]] std::vector<OctreeLeaf> computeOctreeLeaves(const std::vector<VoxelBrick>& bricks,
-                                                          OctreeKind kind);
+/// out; for kBinary the log-odds are 1 and -1. @param classes  Leaves of other classes are left out.
+[[nodiscard]] std::vector<OctreeLeaf> computeOctreeLeaves(
+    const std::vector<VoxelBrick>& bricks, OctreeKind kind,
+    CuboidFilter classes = CuboidFilter::kAll);
 
 /// Content of an octree.
 struct OctreeContent {

@@ -168,9 +168,10 @@ ShownLeaves computeShownLeaves(const MapSnapshot& map, ShownCells cells,
       shown.leaves.push_back({leaf.min + middle, leaf.depth, leaf.log_odds});
     }
   };
-  for (const OctreeLeaf& leaf : computeOctreeLeaves(far_middle ? moved : map.bricks, kind)) {
-    if ((leaf.log_odds >= 0.0F) == (cells == ShownCells::kOccupied)) add(leaf, add);
-  }
+  const CuboidFilter classes =
+      cells == ShownCells::kOccupied ? CuboidFilter::kOccupied : CuboidFilter::kFree;
+  const std::vector<VoxelBrick>& bricks = far_middle ? moved : map.bricks;
+  for (const OctreeLeaf& leaf : computeOctreeLeaves(bricks, kind, classes)) add(leaf, add);
   return shown;
 }
 
