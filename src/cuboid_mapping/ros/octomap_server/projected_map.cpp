@@ -74,24 +74,30 @@ void ProjectedMap::updateTile(const CuboidMap& map, const Cell& tile) {
   const double resolution_m = map.grid().resolution();
   column.min.z = toLayer(std::floor(parameters_.occupancy_min_z_m / resolution_m + 1e-6));
   column.max.z = toLayer(std::ceil(parameters_.occupancy_max_z_m / resolution_m - 1e-6));
-  Tile values;
-  values.fill(kUnknownCell);
+  // A slice of a brick has a bit for each cell of the tile.
+  std::uint64_t known = 0;
+  std::uint64_t occupied = 0;
   if (const auto& bounds = map.bounds()) column = intersect(column, *bounds);
   if (!column.isEmpty()) {
     map.voxels().forEachIn(column, [&](const VoxelBrick& brick) {
       BrickMask seen = BrickMask::ofBox(intersect(column, brickBox(brick.brick)));
       if (parameters_.filter_speckles) seen &= ~findSpeckles(map.voxels(), brick);
-      (brick.voxels.known() & seen).forEach([&](int voxel) {
-        const bool is_occupied = brick.voxels.occupied().test(voxel);
-        auto& cell = values[static_cast<std::size_t>(voxel & 63)];  // x runs first, then y
-        cell = std::max(cell, is_occupied ? kOccupiedCell : kFreeCell);
-      });
+      const BrickMask known_here = brick.voxels.known() & seen;
+      const BrickMask occupied_here = brick.voxels.occupied() & seen;
+      for (int z = 0; z < kBrickEdge; ++z) {
+        known |= known_here[z];
+        occupied |= occupied_here[z];
+      }
     });
   }
-  if (std::all_of(values.begin(), values.end(), [](std::int8_t v) { return v == kUnknownCell; })) {
+  if (known == 0) {
     tiles_.erase(tile);
-  } else {
-    tiles_[tile] = values;
+    return;
+  }
+  Tile& values = tiles_[tile];
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const std::int8_t value = (occupied >> i & 1) != 0 ? kOccupiedCell : kFreeCell;
+    values[i] = (known >> i & 1) != 0 ? value : kUnknownCell;
   }
 }
 
@@ -118,7 +124,10 @@ CellBox ProjectedMap::findExtent(double resolution_m, FarTiles& far) const {
   const auto add = [&extent](const CellBox& box) {
     extent = extent.isEmpty() ? box : unite(extent, box);
   };
-  for (const auto& [tile, values] : tiles_) add(boundsOf(tile, values));
+  for (const auto& [tile, values] : tiles_) {
+    const CellBox whole{tile, tile + Cell{kTileEdge, kTileEdge, 1}};
+    if (!extent.contains(whole)) add(boundsOf(tile, values));
+  }
   if (!isTooLarge(extent) || tiles_.empty()) return extent;
 
   std::vector<Cell> tiles;
