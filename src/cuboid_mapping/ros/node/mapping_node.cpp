@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/ros/mapping/sensor_input.h"
 #include "cuboid_mapping/ros/middleware/callbacks.h"
+#include "cuboid_mapping/ros/middleware/free_memory.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 
 #include <cstdint>
@@ -49,6 +50,7 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
   receiver_.start();
   startDiagnostics();  // Reads what the receiver has made.
   slow_thread_.start();
+  memory_timer_ = Timer(withQueue(nh_, slow_thread_.queue()), kMemoryPeriod_s, giveMemoryBack);
   publishing_.start(nh_, parameters.publish_rate_hz);
   service_threads_.start();  // Calls set the rate of publishing.
   features_.start();

@@ -67,6 +67,7 @@ class MappingNode {
   ros::NodeHandle private_nh_;
   GuardedThread service_threads_;  ///< Several, so that a long call does not block the others.
   GuardedThread slow_thread_;      ///< For features: see MapHost::slow_queue.
+  Timer memory_timer_;
   PublishingThread publishing_;
 
   NodeParameters parameters_;
