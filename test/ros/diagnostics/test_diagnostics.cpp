@@ -284,9 +284,12 @@ TEST(Diagnostics, CuboidsAreNotCountedAllTheTime) {
   };
   observe(1.01F);
   EXPECT_EQ(watch.summarize(map).cuboids.free, 3U) << "at first";
+  const std::size_t num_bytes = map.numBytes();
   observe(2.01F);
+  ASSERT_NE(map.numBytes(), num_bytes);
   const MapSummary summary = watch.summarize(map);
   EXPECT_EQ(summary.cuboids.free, 3U) << "so soon, the count is that of before";
+  EXPECT_EQ(summary.num_bytes, num_bytes);
   EXPECT_EQ(summary.num_free_voxels, map.voxels().numFreeVoxels()) << "what costs nothing is new";
   now_s += 20.0;
   const std::size_t num_free = countCuboids(map).free;

@@ -204,12 +204,13 @@ MapSummary MapWatch::summarize(const CuboidMap& map) {
   const double begin_s = clock_s_();
   if (counted_revision_ != map.revision() && begin_s >= next_count_s_) {
     counts_ = countCuboids(map);
+    num_bytes_ = map.numBytes();
     counted_revision_ = map.revision();
     const double end_s = clock_s_();
     next_count_s_ = end_s + (end_s - begin_s) / kShare;
   }
   return {map.revision(), counts_, map.voxels().numFreeVoxels(), map.voxels().numOccupiedVoxels(),
-          map.numBytes()};
+          num_bytes_};
 }
 
 ReportSummary summarize(const NodeReport& report, const NodeStatistics& last_report) {

@@ -30,7 +30,7 @@ struct MapSummary {
 
 /// Summaries of a changing map, for successive reports.
 ///
-/// Counting reads all cuboids while no cloud can be inserted. It therefore takes at most a
+/// Counting reads all cuboids and their memory while no cloud can be inserted. It therefore takes at most a
 /// twentieth of the time; in between, summaries have the previous counts.
 class MapWatch {
  public:
@@ -45,6 +45,7 @@ class MapWatch {
  private:
   ClockS clock_s_;
   CuboidCounts counts_;
+  std::size_t num_bytes_ = 0;
   std::optional<std::uint64_t> counted_revision_;
   double next_count_s_ = 0.0;
 };
