@@ -204,7 +204,7 @@ void BagClouds::walk(const CloudShare& share, const Take& take,
   for (std::uint64_t number = share.begin; number < numClouds(); ++number) {
     cuboid_mapping::throwIfInterrupted();
     if (number % share.step == share.first) {
-      if (!folders_) transforms_.advance(messages_->recorded(number));
+      if (!folders_) transforms_.advance(recorded_ = messages_->recorded(number));
       if (const auto cloud = read(number)) {
         walkOne(*cloud, take);
       } else {
@@ -230,6 +230,11 @@ std::optional<SensorMessage> BagClouds::read(std::uint64_t number) {
 
 void BagClouds::walkOne(const SensorMessage& cloud, const Take& take) {
   ++statistics_.num_received;
+  if (cloud.header().stamp.isZero() && !std::exchange(has_named_stamps_, true)) {
+    say({"warning: " + nameOf(sources_.at(cloud.source)->parameters) +
+         ": clouds without a stamp are placed by the time of recording: have the driver set "
+         "header.stamp"});
+  }
   watch_->noteReceived(cloud.header().stamp.toSec(), cloud.source);
   Stopwatch stopwatch;
   Origin origin{cloud.header().stamp, cloud.source};
@@ -271,9 +276,11 @@ const cuboid_mapping::ScanUpdate* BagClouds::compute(const SensorMessage& cloud,
 PoseSearch BagClouds::findPosesOf(const SensorMessage& cloud, const Source& source) const {
   const Slices slices = source.input.findSlices(cloud);
   const TfBuffer& tf = transforms_.buffer();
-  if (!poses_) return findPoses(tf, source.frames, cloud.header(), slices);
-  return findPosesOn(poses_->track, poses_->body_frame_id, tf, source.frames, cloud.header(),
-                     slices);
+  std_msgs::Header header = cloud.header();
+  // tf would give the newest transform, here that of the end of the bag.
+  if (header.stamp.isZero()) header.stamp = recorded_;
+  if (!poses_) return findPoses(tf, source.frames, header, slices);
+  return findPosesOn(poses_->track, poses_->body_frame_id, tf, source.frames, header, slices);
 }
 
 /// Suggests settings after the first clouds, while a restart is cheap.

@@ -124,6 +124,8 @@ class BagClouds {
   std::optional<BagPoses> poses_;  ///< Replaces the poses of tf.
   NodeParameters parameters_;
   std::optional<BagMessages> messages_;  ///< Set if the inputs are bags.
+  ros::Time recorded_;                   ///< Time at which the current message was recorded.
+  bool has_named_stamps_ = false;        ///< Clouds without a stamp were named.
   std::vector<std::unique_ptr<Source>> sources_;
   std::optional<SpeedWatch> watch_;
   NodeStatistics statistics_;

@@ -76,7 +76,8 @@ void BagMessages::add(std::size_t source) {
     if (is_depth && camera_at.empty()) {
       ++num_without_camera_;
     } else if (rate_limit.allows(stamp)) {
-      messages_.push_back({source, i, is_depth ? nearestCamera(camera_at, stamp) : 0, stamp});
+      messages_.push_back({source, i, is_depth ? nearestCamera(camera_at, stamp) : 0,
+                           stamp.isZero() ? instances_[i].instance.getTime() : stamp});
     }
   }
 }

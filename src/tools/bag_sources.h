@@ -36,7 +36,7 @@ class BagMessages {
     std::size_t source;
     std::size_t instance;
     std::size_t camera;  ///< Instance of the camera_info of a depth image.
-    ros::Time stamp;     ///< Stamp; 0 if it does not matter.
+    ros::Time stamp;     ///< For the order of sources; time of recording if it has none.
   };
   using Range = std::pair<std::size_t, std::size_t>;
 

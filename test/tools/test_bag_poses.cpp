@@ -18,6 +18,7 @@
 namespace cuboid_mapping_ros {
 namespace {
 
+using cuboid_mapping::test::mentions;
 using cuboid_mapping::test::ProgramEnd;
 using cuboid_mapping::test::Random;
 using cuboid_mapping::test::readText;
@@ -61,7 +62,7 @@ class BagPoses : public ::testing::Test {
     expected_ = map("right.bag", {});
   }
 
-  static void writeBag(const std::string& name, bool drifts) {
+  static void writeBag(const std::string& name, bool drifts, bool has_stamps = true) {
     Random random(81);
     BagOutput bag(name, name);
     tf2_msgs::TFMessage mount;
@@ -79,7 +80,8 @@ class BagPoses : public ::testing::Test {
       for (int k = 0; k < 500; ++k) {
         points.emplace_back(random.real(-8, 8), random.real(-8, 8), random.real(-1, 2));
       }
-      bag.write("/points", stampOf(i), toCloud(points, makeHeader("lidar", stampOf(i))));
+      const ros::Time stamp = has_stamps ? stampOf(i) : ros::Time();
+      bag.write("/points", stampOf(i), toCloud(points, makeHeader("lidar", stamp)));
       nav_msgs::Odometry odometry;
       odometry.header = makeHeader("map", stampOf(i));
       odometry.child_frame_id = "base_link";
@@ -112,6 +114,14 @@ class BagPoses : public ::testing::Test {
   TemporaryFolder folder_;
   std::string expected_;
 };
+
+// tf's newest transform, which a node takes for them, is that of the end of the bag.
+TEST_F(BagPoses, areThoseOfTheTimeOfRecordingForCloudsWithoutStamp) {
+  writeBag(folder_ / "unstamped.bag", false, false);
+  EXPECT_EQ(map("unstamped.bag", {}), expected_);
+  EXPECT_EQ(map("unstamped.bag", {"--poses", "/path", "--poses-of", "base_link"}), expected_);
+  EXPECT_TRUE(mentions(run("unstamped.bag", {}).err, "/points: clouds without a stamp"));
+}
 
 TEST_F(BagPoses, makeTheMapThatRightTransformsMake) {
   EXPECT_NE(map("drifting.bag", {}), expected_);
