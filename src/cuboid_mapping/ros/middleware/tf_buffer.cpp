@@ -15,8 +15,8 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-/// Queue size of tf2_ros::TransformListener.
-constexpr std::uint32_t kTfQueueSize = 100;
+/// As many as clouds, with which transforms share a thread; the 100 of tf2_ros last a tenth of a second at 1 kHz.
+constexpr std::uint32_t kTfQueueSize = 1000;
 
 }  // namespace
 
