@@ -193,7 +193,10 @@ class PythonClientTest(unittest.TestCase):
         self.assertTrue(wait_for(lambda: client.instance != 0))
         self.set_box((-5, -5, -5), (5, 5, 5), SetBoxRequest.FREE)
         self.expect_same_map(client)
-        old = rospy.ServiceProxy(NODE + '/get_map', GetMap)().map
+        answer = rospy.ServiceProxy(NODE + '/get_map', GetMap)()
+        old = answer.map
+        for field in ('header', 'revision', 'instance', 'replacements'):
+            self.assertEqual(getattr(answer.info, field), getattr(old, field), field)
         self.set_box((-5, -5, -5), (0, 5, 5), SetBoxRequest.OCCUPIED)
         self.expect_same_map(client)
         for instance, base in ((old.instance, client.revision + 5), (old.instance - 1, 0)):

@@ -121,17 +121,20 @@ void MapImageServer::answer(const GetMap::Request& request, GetMap::Response& re
   if (request.part == 0) {
     response.map = current(detail).parts.front();
     response.info.message = note_();
-    response.info.success = static_cast<std::uint8_t>(true);
-    return;
+  } else {
+    const Kept* const kept = find(detail, request.revision);
+    if (kept == nullptr || request.part >= kept->parts.size()) {
+      response.info.message = "there is no part " + std::to_string(request.part) + " of revision " +
+                              std::to_string(request.revision) +
+                              " (any more): begin again with part 0";
+      return;
+    }
+    response.map = kept->parts[request.part];
   }
-  const Kept* const kept = find(detail, request.revision);
-  if (kept == nullptr || request.part >= kept->parts.size()) {
-    response.info.message = "there is no part " + std::to_string(request.part) + " of revision " +
-                            std::to_string(request.revision) +
-                            " (any more): begin again with part 0";
-    return;
-  }
-  response.map = kept->parts[request.part];
+  response.info.header = response.map.header;
+  response.info.revision = response.map.revision;
+  response.info.instance = response.map.instance;
+  response.info.replacements = response.map.replacements;
   response.info.success = static_cast<std::uint8_t>(true);
 }
 
