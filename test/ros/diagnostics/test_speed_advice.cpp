@@ -125,5 +125,20 @@ TEST(SpeedAdvice, SuggestsParametersForASensorThatReachesFar) {
   EXPECT_FALSE(makeWatch(0.2, 0.02, 10.0, 40.0).suggestion()) << "is what it would suggest";
 }
 
+TEST(Silence, OfASourceDoesNotGrowWhileABagIsPaused) {
+  ros::Time::init();
+  CloudLedger ledger{NodeParameters()};
+  ros::Time::setNow(ros::Time(1000.0));
+  EXPECT_TRUE(ledger.noteReceived(0, {}));
+  CloudLedger::Source source = ledger.figures().sources.at(0);
+  source.last_received -= std::chrono::seconds(20);
+  EXPECT_EQ(silenceOf(source, 1), 0.0);
+  EXPECT_GE(silenceOf(source, 0), 20.0) << "the player has ended";
+  ros::Time::setNow(ros::Time(1006.0));
+  EXPECT_EQ(silenceOf(source, 1), 6.0);
+  ros::Time::init();
+  EXPECT_GE(silenceOf(source, 1), 20.0) << "a sensor";
+}
+
 }  // namespace
 }  // namespace cuboid_mapping_ros

@@ -90,21 +90,22 @@ CloudLedger::CloudLedger(const NodeParameters& parameters)
     rate_limits_.emplace_back(has_clouds ? source.max_rate_hz : 0.0);
   }
   figures_.sources.resize(rate_limits_.size());
-  figures_.last_received = figures_.last_progress = Clock::now();
+  figures_.last_progress = Clock::now();
 }
 
 bool CloudLedger::noteReceived(std::size_t source, const std_msgs::Header& header) {
   const std::lock_guard<std::mutex> lock(mutex_);
   Source& of = figures_.sources.at(source);
-  of.last_received = figures_.last_received = Clock::now();
+  of.last_received = Clock::now();
+  of.last_arrival = ros::Time::now();
   if (!rate_limits_.at(source).allows(header.stamp)) {
     ++of.statistics.num_ignored;
     return false;
   }
   ++of.statistics.num_received;
-  if (figures_.statistics.num_received++ == 0) figures_.last_progress = figures_.last_received;
+  if (figures_.statistics.num_received++ == 0) figures_.last_progress = of.last_received;
   figures_.last_source = source;
-  figures_.last_arrival = ros::Time::now();
+  figures_.last_arrival = of.last_arrival;
   figures_.last_header = header;
   speed_watch_.noteReceived(header.stamp.toSec(), source);
   return true;
@@ -253,6 +254,12 @@ std::optional<std::string> SpeedWatch::suggestion() const {
   }
   if (text.empty()) return std::nullopt;
   return "the clouds reach " + twoDigits(reach_m_) + " m; a good start for such a sensor: " + text;
+}
+
+double silenceOf(const CloudLedger::Source& source, std::size_t num_publishers) {
+  const bool follows_clock = ros::Time::isSimTime() && num_publishers > 0;
+  if (!follows_clock || source.last_arrival.isZero()) return secondsSince(source.last_received);
+  return ros::Time::now().toSec() - source.last_arrival.toSec();
 }
 
 }  // namespace cuboid_mapping_ros

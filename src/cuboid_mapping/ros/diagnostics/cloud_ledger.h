@@ -94,7 +94,11 @@ class CloudLedger {
   struct Source {
     SourceStatistics statistics;
     std::optional<double> rate_hz;
+    /// Arrival of the last message, also if it was ignored, by two clocks. Before it: the start, and 0.
+    ///@{
     Clock::time_point last_received = Clock::now();
+    ros::Time last_arrival;
+    ///@}
   };
 
   /// A copy of all counts.
@@ -104,7 +108,6 @@ class CloudLedger {
     std_msgs::Header last_header;  ///< Header of the last message, ...
     std::size_t last_source = 0;   ///< ... its source, ...
     ros::Time last_arrival;        ///< ... and its arrival.
-    Clock::time_point last_received;
     /// Time of the last insertion or empty cloud, or of the first cloud.
     Clock::time_point last_progress;
     double lag_s = 0.0;              ///< Of the last cloud in the map.
@@ -152,5 +155,9 @@ class CloudLedger {
 [[nodiscard]] inline double secondsSince(CloudLedger::Clock::time_point time) {
   return std::chrono::duration<double>(CloudLedger::Clock::now() - time).count();
 }
+
+/// Seconds since the last message of a source, or since the start. With simulated time and a publisher, in that time: a
+/// bag may be paused.
+[[nodiscard]] double silenceOf(const CloudLedger::Source& source, std::size_t num_publishers);
 
 }  // namespace cuboid_mapping_ros

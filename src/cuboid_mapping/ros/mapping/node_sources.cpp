@@ -101,7 +101,7 @@ void NodeSources::report(std::size_t source, diagnostic_updater::DiagnosticStatu
   report.num_publishers = subscribers_[source]->numPublishers();
   report.wrong_type = wrong_types_[source];
   report.is_published = is_published_[source];
-  report.silence_s = secondsSince(noted.last_received);
+  report.silence_s = silenceOf(noted, report.num_publishers);
   report.is_simulated_time = ros::Time::isSimTime();
   fillStatus(report, reported_[source], status);
   reported_[source] = noted.statistics;

@@ -6,8 +6,10 @@
 #include <ros/console.h>
 #include <ros/time.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstddef>
+#include <limits>
 #include <string>
 #include <utility>
 
@@ -117,10 +119,9 @@ void CloudReceiver::report(const CloudLedger::Figures& figures, NodeReport& repo
     report.other_topics = sources_.otherTopics();
     report.is_published = sources_.isPublished();
   }
-  report.silence_s = secondsSince(figures.last_received);
-  if (report.is_simulated_time && report.num_publishers > 0) {
-    report.silence_s =
-        ros::Time::now().toSec() - figures.last_arrival.toSec();  // a bag may be paused
+  report.silence_s = std::numeric_limits<double>::infinity();
+  for (const CloudLedger::Source& source : figures.sources) {
+    report.silence_s = std::min(report.silence_s, silenceOf(source, report.num_publishers));
   }
   report.why_waiting = queue_.whyWaiting();
   if (figures.tf_drop_source != figures.last_source) report.other_tf_drop = figures.tf_drop;
