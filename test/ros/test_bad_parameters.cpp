@@ -87,7 +87,7 @@ TEST(BadArguments, TheNodeExplainsItselfInPlaceOfLoadingAMap) {
   const Ending help = run(node + "--help");
   EXPECT_EQ(help.exit_code, 0) << help.output;
   EXPECT_EQ(help.output.rfind("Usage: cuboid_mapping_node [MAP]", 0), 0U) << help.output;
-  for (const std::string arguments : {"--resolution", "first.bt second.bt"}) {
+  for (const std::string arguments : {"--resolution", "first.bt second.bt", "resolution:=0.1"}) {
     const Ending ending = run(node + arguments);
     EXPECT_EQ(ending.exit_code, 1) << ending.output;
     EXPECT_NE(ending.output.find("Usage:"), std::string::npos) << ending.output;

@@ -6,6 +6,7 @@
 
 #include <nodelet/loader.h>
 #include <ros/console.h>
+#include <ros/exceptions.h>
 #include <ros/init.h>
 #include <ros/this_node.h>
 #include <boost/function.hpp>
@@ -62,7 +63,12 @@ void endWithRosAt(int signal) {
 
 int main(int argc, char** argv) {
   using cuboid_mapping_ros::MappingNodelet;
-  ros::init(argc, argv, cuboid_mapping_ros::kNodeName);
+  try {
+    ros::init(argc, argv, cuboid_mapping_ros::kNodeName);
+  } catch (const ros::InvalidNameException& error) {  // resolution:=0.1, without its underscore
+    std::cerr << "cuboid_mapping_node: " << error.what() << "\n\n" << kUsage;
+    return EXIT_FAILURE;
+  }
   const std::vector<std::string> arguments(argv + 1, argv + argc);
   if (const auto status = checkArguments(arguments)) return *status;
 
