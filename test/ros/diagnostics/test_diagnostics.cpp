@@ -89,7 +89,11 @@ TEST(Diagnostics, WarnsOfCloudsDroppedSinceTheLastReport) {
 TEST(Diagnostics, WarnsOfCloudsThatGoOnWaitingForTf) {
   const NodeReport last = makeReport(6, 5);
   EXPECT_TRUE(isOk(summarize(last, makeReport(5, 5).statistics))) << "it may come yet";
-  expectWarning(summarize(makeReport(8, 5), last.statistics), {"3 clouds wait for a transform"});
+  NodeReport report = makeReport(8, 5);
+  expectWarning(summarize(report, last.statistics), {"3 clouds wait for a transform"});
+  report.last_cloud = LastCloud{"lidar", 0.0, "", std::nullopt};
+  report.why_waiting = "tf is 0.02 s older than the last point";
+  expectWarning(summarize(report, last.statistics), {"3 clouds wait for a transform", "0.02 s"});
   EXPECT_TRUE(isOk(summarize(makeReport(8, 6), last.statistics)));
 }
 
@@ -127,6 +131,9 @@ TEST(Diagnostics, OldStampsAreToldInWords) {
   const ReportSummary summary = summarize(report, report.statistics);
   EXPECT_TRUE(isOk(summary));
   expectWords(summary, {"from 5 clouds", "the clouds are 4 years old", "use_sim_time", "--clock"});
+  report.is_simulated_time = true;
+  EXPECT_EQ(summarize(report, report.statistics).message,
+            "0 cuboids from 5 clouds; the clouds are 4 years old: correct the driver's stamps");
   diagnostic_updater::DiagnosticStatusWrapper status;
   fillStatus(report, report.statistics, status);
   for (const auto& entry : status.values) {

@@ -53,8 +53,9 @@ std::string describeClock(const NodeReport& report) {
   }
   constexpr double kOld_s = 60.0;
   if (age_s > kOld_s) {
-    return "the clouds are " + describeAge(age_s) +
-           " old: set use_sim_time and play bags with --clock, or correct the driver's stamps";
+    return "the clouds are " + describeAge(age_s) + " old: " +
+           (report.is_simulated_time ? "" : "set use_sim_time and play bags with --clock, or ") +
+           "correct the driver's stamps";
   }
   return {};
 }
@@ -67,7 +68,13 @@ std::string withClock(const std::string& text, const NodeReport& report) {
 std::string describeTf(const NodeReport& report) {
   std::string text = "no transform " + describeFrames(report) + ": ";
   const bool is_missing = report.last_cloud && !report.last_cloud->tf_error.empty();
-  text += is_missing ? report.last_cloud->tf_error : toAdvice(DropReason::kNoTransform);
+  if (is_missing) {
+    text += report.last_cloud->tf_error;
+  } else if (!report.why_waiting.empty()) {  // tf has the stamp of a cloud, but not its last point.
+    text += report.why_waiting;
+  } else {
+    text += toAdvice(DropReason::kNoTransform);
+  }
   if (is_missing && report.last_cloud->tf_lead_s.value_or(0.0) > 0.0) {
     text += "; the transforms come late: check their publisher, or raise tf_wait";
   }
