@@ -21,6 +21,14 @@ _PATIENCE_S = 3.0
 _MAX_EARLY_UPDATES = 100
 # Seconds of silence after which another server may replace the followed one.
 _SERVER_PATIENCE_S = 5.0
+# Name of the node unless `__name:=` says otherwise.
+_DEFAULT_SERVER = 'cuboid_mapping'
+
+
+def _topic_beside(server, topic):
+    """Returns the name of a topic beside a server, unless it is remapped in the namespace of this node."""
+    is_remapped = rospy.resolve_name(topic) != rospy.get_namespace() + topic
+    return topic if is_remapped else server.rpartition('/')[0] + '/' + topic
 
 
 def fetch_parts(get_map, first):
@@ -37,15 +45,15 @@ def fetch_parts(get_map, first):
 class CuboidMapClient:
     """Keeps a copy of a node's map by its topics cuboid_map and cuboid_map_updates. Thread-safe.
 
-    server: name of the node, in the namespace of this node unless it begins with a slash. If several publish to the
-        topics, it is followed, or else the first that is heard, until it is silent for 5 s. Its service ~get_map
-        is called when updates were lost.
+    server: name of the node, in the namespace of this node unless it begins with a slash. The topics are beside it,
+        unless they are remapped. Only this node is followed; with the default name also the first that is heard
+        there, until it is silent for 5 s. Its service ~get_map is called when updates were lost.
     on_change: called with this client after each change of the map, one call at a time.
 
     Follows until close(), or to the end of a `with` block.
     """
 
-    def __init__(self, server='cuboid_mapping', on_change=None):
+    def __init__(self, server=_DEFAULT_SERVER, on_change=None):
         # rospy has a thread for each topic; _turn serializes messages.
         self._turn = threading.RLock()
         self._awaited_since = None
@@ -55,12 +63,12 @@ class CuboidMapClient:
         self._map = MapFollower()
         self._on_change = on_change
         self._named_server = rospy.resolve_name(server)
-        self._heard_server = ''
+        self._heard_server = '' if server == _DEFAULT_SERVER else self._named_server
         self._heard_at = 0.0
         self._get_map = rospy.ServiceProxy(server + '/get_map', GetMap)
         self._subscribers = [
-            rospy.Subscriber('cuboid_map_updates', CuboidMapUpdate, self._take_update),
-            rospy.Subscriber('cuboid_map', FullCuboidMap, self._take_map)]
+            rospy.Subscriber(_topic_beside(self._named_server, 'cuboid_map_updates'), CuboidMapUpdate, self._take_update),
+            rospy.Subscriber(_topic_beside(self._named_server, 'cuboid_map'), FullCuboidMap, self._take_map)]
 
     def close(self):
         """Stops following; the map stays as it is, and on_change is not called any more."""
@@ -203,12 +211,14 @@ class CuboidMapClient:
                 self._early_updates.append(message)
 
     def _is_of_other_server(self, name):
-        """Whether a node's message is ignored: the client follows the named node, or the first that it hears."""
+        """Whether a node's message is ignored: the client follows the named node, or, if it has the default name, the
+        first that it hears."""
         now = time.monotonic()
         is_kept = self._heard_server == self._named_server or now - self._heard_at < _SERVER_PATIENCE_S
         if self._heard_server and name not in (self._heard_server, self._named_server) and is_kept:
-            rospy.logwarn_throttle(10.0, 'two nodes publish %s: %s, which is followed, and %s: start each in a namespace '
-                                   'of its own' % (self._subscribers[1].resolved_name, self._heard_server, name))
+            rospy.logwarn_throttle(10.0, 'ignored the map of %s on %s: %s is followed; start each node in a namespace of '
+                                   'its own, or give the other name as `server`' %
+                                   (name, self._subscribers[1].resolved_name, self._heard_server))
             return True
         if name != (self._heard_server or self._named_server):
             self._get_map = rospy.ServiceProxy(name + '/get_map', GetMap)

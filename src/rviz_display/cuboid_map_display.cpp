@@ -73,11 +73,12 @@ CuboidMapDisplay::~CuboidMapDisplay() { disconnect(); }
 // NOLINTBEGIN(cppcoreguidelines-owning-memory): rviz deletes properties with their display
 void CuboidMapDisplay::addSourceProperties() {
   namespace_property_ = new StringProperty(
-      "Topic namespace", "", "Namespace of the topics cuboid_map and cuboid_map_updates.", this,
+      "Topic namespace", "",
+      "Namespace of the server, and of its topics cuboid_map and cuboid_map_updates.", this,
       SLOT(connectAnew()));
   server_property_ = new StringProperty(
       "Server", "cuboid_mapping",
-      "Name of the node with the service get_map, if its messages do not name it.", this,
+      "Name of the node. Only this one is followed, unless it is cuboid_mapping.", this,
       SLOT(connectAnew()));
   file_property_ = new StringProperty(
       "Map file", "", "Show this file (.cuboids, .sqlite, .ot, .bt) instead of a topic.", this,

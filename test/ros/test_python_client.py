@@ -150,7 +150,7 @@ class PythonClientTest(unittest.TestCase):
         self.addCleanup(listener.unregister)
         self.assertTrue(wait_for(lambda: listener.get_num_connections() > 0))
         before = rospy.ServiceProxy(NODE + '/get_map', GetMap)().map
-        client = CuboidMapClient('nobody')
+        client = CuboidMapClient(NODE)
         client.close()
         client._map = MapFollower()
         revision = self.set_box((0, 0, 0), (1, 1, 1 + 0.1 * (before.revision % 2)), SetBoxRequest.OCCUPIED)

@@ -36,20 +36,40 @@ class PythonClientAloneTest(unittest.TestCase):
             publisher.publish(image)
 
         with mock.patch.object(rospy, 'logwarn_throttle', lambda period, text: lines.append(text)), \
-                CuboidMapClient('named') as client:
+                CuboidMapClient() as client:
             self.assertTrue(wait_for(lambda: publisher.get_num_connections() > 0))
             publish('/first', 5)
             self.assertTrue(wait_for(lambda: client.revision == 5))
             publish('/second', 6)
             self.assertTrue(wait_for(lambda: lines))
-            self.assertEqual(lines[0], 'two nodes publish /alone/cuboid_map: /first, which is followed, and /second: '
-                             'start each in a namespace of its own')
+            self.assertIn('ignored the map of /second on /alone/cuboid_map: /first is followed', lines[0])
             self.assertEqual(client.revision, 5)
-            publish('/alone/named', 7)
-            self.assertTrue(wait_for(lambda: client.revision == 7), 'the named node comes before the first')
+            publish('/alone/cuboid_mapping', 7)
+            self.assertTrue(wait_for(lambda: client.revision == 7), 'the default name comes before the first')
             publish('/first', 8)
             self.assertTrue(wait_for(lambda: len(lines) > 1))
             self.assertEqual(client.revision, 7)
+
+    def test_follows_only_the_node_that_it_is_given_by_the_topics_beside_it(self):
+        rospy.wait_for_service('/cuboid_mapping/get_map', 30.0)
+        image = rospy.ServiceProxy('/cuboid_mapping/get_map', GetMap)().map
+        remapped = {'/alone/cuboid_map': '/given/cuboid_map'}
+        for server, mappings in (('/given/node', {}), ('node', remapped)):
+            lines = []
+            with mock.patch.object(rospy, 'logwarn_throttle', lambda period, text, said=lines: said.append(text)), \
+                    mock.patch.dict(rospy.names._resolved_mappings, mappings), CuboidMapClient(server) as client:
+                publisher = rospy.Publisher('/given/cuboid_map', FullCuboidMap, queue_size=10)
+                self.addCleanup(publisher.unregister)
+                self.assertTrue(wait_for(lambda each=publisher: each.get_num_connections() > 0))
+                named = rospy.resolve_name(server)
+                image.server, image.instance, image.revision = '/given/other', 3, 3
+                publisher.publish(image)
+                self.assertTrue(wait_for(lambda said=lines: said))
+                self.assertIn(f'ignored the map of /given/other on /given/cuboid_map: {named} is followed', lines[0])
+                self.assertEqual(client.instance, 0)
+                image.server = named
+                publisher.publish(image)
+                self.assertTrue(wait_for(lambda each=client: each.instance == 3))
 
     def test_refuses_questions(self):
         with CuboidMapClient('no_node') as client, self.assertRaisesRegex(RuntimeError, 'no map has come yet'):

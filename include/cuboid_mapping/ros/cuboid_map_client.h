@@ -53,9 +53,10 @@ class CuboidMapClient {
   /// not take long. @param changes  The changes, with the revision of the server's map.
   using Callback = std::function<void(const cuboid_mapping::ChangeSet& changes)>;
 
-  /// @param nh  Namespace of the topics.
-  /// @param server  Name of the node, in the namespace of nh unless it begins with /. If several nodes publish,
-  ///                the client follows this one, else the first that it hears.
+  /// @param nh  Namespace of the server's name, and of remappings of the topics.
+  /// @param server  Name of the node, in the namespace of nh unless it begins with /. The topics are beside it. The
+  ///                client follows this node only. With the default name it also follows the first that it hears
+  ///                there, until the named one publishes.
   /// @param callback  May be empty.
   explicit CuboidMapClient(const ros::NodeHandle& nh = ros::NodeHandle(),
                            const std::string& server = "cuboid_mapping", Callback callback = {});

@@ -12,6 +12,7 @@
 #include <ros/console.h>
 #include <ros/init.h>
 #include <ros/master.h>
+#include <ros/names.h>
 #include <ros/this_node.h>
 
 #include <algorithm>
@@ -50,6 +51,13 @@ bool isOfSameRun(const MapFollower& copy, std::uint64_t instance) {
   return copy.map() != nullptr && copy.instance() == instance;
 }
 
+/// Name of a topic beside the server, unless the topic is remapped in the namespace of the client.
+std::string topicBeside(const ros::NodeHandle& nh, const std::string& server,
+                        const std::string& topic) {
+  if (nh.resolveName(topic) != nh.resolveName(topic, false)) return topic;
+  return ros::names::append(ros::names::parentNamespace(server), topic);
+}
+
 /// Whether the master knows a service. Does not wait for a master that is gone: ros::service::exists() would.
 bool isAdvertised(const std::string& service) {
   XmlRpc::XmlRpcValue request;
@@ -65,14 +73,16 @@ bool isAdvertised(const std::string& service) {
 /// State of the client's thread.
 struct CuboidMapClient::Implementation {
   Implementation(const ros::NodeHandle& node, const std::string& server, Callback on_change)
-      : nh(node), server_name(server), callback(std::move(on_change)) {
-    nh = withQueue(node, thread.queue());
+      : nh(withQueue(node, thread.queue())),
+        named_server(nh.resolveName(server)),
+        callback(std::move(on_change)) {
+    if (server != kNodeName) heard_server = named_server;
     // Updates are subscribed first, so that none is missed before the image.
-    delta_subscriber =
-        subscribeTo<CuboidMapUpdate>(nh, kCuboidMapUpdatesTopic, kUpdateQueue,
-                                     [this](const auto& message) { take(fromMessage(*message)); });
+    delta_subscriber = subscribeTo<CuboidMapUpdate>(
+        nh, topicBeside(nh, named_server, kCuboidMapUpdatesTopic), kUpdateQueue,
+        [this](const auto& message) { take(fromMessage(*message)); });
     image_subscriber = subscribeTo<FullCuboidMap>(
-        nh, kCuboidMapTopic, kPartQueue,
+        nh, topicBeside(nh, named_server, kCuboidMapTopic), kPartQueue,
         [this](const auto& message) { takeFromTopic(fromMessage(*message)); });
     image_timer = Timer(nh, 1.0, [this] { askIfNoImageCame(); });
     thread.start();
@@ -101,19 +111,20 @@ struct CuboidMapClient::Implementation {
     return is_followed && std::exchange(is_updated, false);
   }
 
-  /// Whether the message of a node is ignored: the client follows the named node, or the first that it hears.
+  /// Whether the message of a node is ignored: the client follows the named node, or, if it has the default name,
+  /// the first that it hears.
   bool isOfOtherServer(const std::string& name) {
     const ros::SteadyTime now = ros::SteadyTime::now();
-    const std::string named = nh.resolveName(server_name);
     const bool is_kept =
-        heard_server == named || now - heard < ros::WallDuration(kServerPatience_s);
-    if (!heard_server.empty() && name != heard_server && name != named && is_kept) {
+        heard_server == named_server || now - heard < ros::WallDuration(kServerPatience_s);
+    if (!heard_server.empty() && name != heard_server && name != named_server && is_kept) {
       if (!said_other.isZero() && now - said_other < ros::WallDuration(kReminderPeriod_s))
         return true;
       said_other = now;
-      ROS_WARN_STREAM("two nodes publish " << image_subscriber.getTopic() << ": " << heard_server
-                                           << ", which is followed, and " << name
-                                           << ": start each in a namespace of its own");
+      ROS_WARN_STREAM("ignored the map of " << name << " on " << image_subscriber.getTopic() << ": "
+                                            << heard_server
+                                            << " is followed; start each node in a namespace of "
+                                               "its own, or give the other name as `server`");
       return true;
     }
     heard_server = name;
@@ -123,7 +134,7 @@ struct CuboidMapClient::Implementation {
 
   /// Name of the service ~get_map, from the server's messages if they have it.
   std::string getMapName() const {
-    return (heard_server.empty() ? server_name : heard_server) + "/" + kGetMapService;
+    return (heard_server.empty() ? named_server : heard_server) + "/" + kGetMapService;
   }
 
   bool isOld(const ImageMessage& message) const {
@@ -178,9 +189,9 @@ struct CuboidMapClient::Implementation {
   /// Says so if no message has come, and either the topic or the service of the named server is not there.
   void noticeMissingServer() {
     const ros::SteadyTime now = ros::SteadyTime::now();
-    if (!heard_server.empty() || now < missing_due) return;
+    if (!heard.isZero() || now < missing_due) return;
     missing_due = now + ros::WallDuration(kMissingPeriod_s);
-    const std::string service = nh.resolveName(getMapName());
+    const std::string service = getMapName();
     if (isAdvertised(service)) {
       if (image_subscriber.getNumPublishers() == 0) sayWhatIsMissing();
       return;
@@ -226,7 +237,7 @@ struct CuboidMapClient::Implementation {
   CallbackGuard guard;
   GuardedThread thread{guard, "cuboid map client"};
   ros::NodeHandle nh;
-  std::string server_name;
+  std::string named_server;
   GetMapClient get_map{nh};
   Callback callback;
   SharedMapFollower follower;            ///< Only this thread updates it.

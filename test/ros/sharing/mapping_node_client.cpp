@@ -151,7 +151,7 @@ TEST_F(NodeClientTest, MissesNoUpdateThatOvertakesTheImage) {
   ros::NodeHandle nh("early");
   const auto images = nh.advertise<cuboid_mapping::FullCuboidMap>(kCuboidMapTopic, 1);
   const auto deltas = nh.advertise<cuboid_mapping::CuboidMapUpdate>(kCuboidMapUpdatesTopic, 1);
-  const CuboidMapClient client(nh, "nobody");
+  const CuboidMapClient client(nh);
   ASSERT_TRUE(
       waitFor([&] { return images.getNumSubscribers() > 0 && deltas.getNumSubscribers() > 0; }));
   deltas.publish(toMessage(delta));
@@ -217,7 +217,7 @@ class OtherServer {
 
 TEST_F(NodeClientTest, TakesAMapInPartsFromTheTopicAlone) {
   OtherServer server("parts");
-  const CuboidMapClient client(server.nh(), "/nobody");
+  const CuboidMapClient client(server.nh());
   ASSERT_TRUE(server.waitForListener());
   const auto parts = server.parts("/nobody");
   ASSERT_GT(parts.size(), 8U);
@@ -243,7 +243,7 @@ TEST_F(NodeClientTest, AsksTheServerThatTheMessagesNameHoweverLongItTakes) {
   ros::NodeHandle nh = withQueue(server.nh(), thread.queue());
   const auto service = nh.advertiseService("mapper/get_map", answer);
   thread.start();
-  const CuboidMapClient client(server.nh(), "/nobody");
+  const CuboidMapClient client(server.nh());
   ASSERT_TRUE(server.waitForListener());
   server.publish(server.lateDelta("/slow/mapper"));
   ASSERT_TRUE(waitFor([&] { return client.hasMap(); }));
@@ -253,31 +253,53 @@ TEST_F(NodeClientTest, AsksTheServerThatTheMessagesNameHoweverLongItTakes) {
 TEST_F(NodeClientTest, SaysThatTwoNodesPublishAndFollowsOne) {
   LogProbe log;
   OtherServer server("two");
-  const CuboidMapClient client(server.nh(), "/nobody");
+  const CuboidMapClient client(server.nh());
   ASSERT_TRUE(server.waitForListener());
   for (const auto& part : server.parts("/a")) server.publish(part);
   ASSERT_TRUE(waitFor([&] { return client.hasMap(); }));
   for (const auto& part : server.parts("/b")) server.publish(part);
-  EXPECT_TRUE(log.waitForLine("two nodes publish /two/cuboid_map: /a, which is followed, and /b"));
+  EXPECT_TRUE(log.waitForLine("ignored the map of /b on /two/cuboid_map: /a is followed"));
 }
 
-TEST_F(NodeClientTest, FollowsTheServerThatItNamesWhoeverElsePublishes) {
+TEST_F(NodeClientTest, PrefersTheServerOfTheDefaultName) {
   LogProbe log;
   OtherServer server("named");
-  const CuboidMapClient client(server.nh(), "/b");
+  const CuboidMapClient client(server.nh());
   ASSERT_TRUE(server.waitForListener());
   for (const auto& part : server.parts("/a")) server.publish(part);
   ASSERT_TRUE(waitFor([&] { return client.hasMap(); })) << "there is nobody else";
-  for (auto part : server.parts("/b")) {
+  for (auto part : server.parts("/named/cuboid_mapping")) {
     part.instance = 8;
     part.header.frame_id = "of_b";
     server.publish(part);
   }
   ASSERT_TRUE(waitFor([&] { return client.frameId() == "of_b"; }));
   for (const auto& part : server.parts("/a")) server.publish(part);
-  EXPECT_TRUE(
-      log.waitForLine("two nodes publish /named/cuboid_map: /b, which is followed, and /a"));
+  EXPECT_TRUE(log.waitForLine("on /named/cuboid_map: /named/cuboid_mapping is followed"));
   EXPECT_EQ(client.frameId(), "of_b");
+}
+
+TEST_F(NodeClientTest, FollowsOnlyTheServerThatItIsGivenByTheTopicsBesideIt) {
+  LogProbe log;
+  OtherServer server("given");
+  const CuboidMapClient client(ros::NodeHandle("elsewhere"), "/given/b");
+  ASSERT_TRUE(server.waitForListener());
+  for (const auto& part : server.parts("/given/a")) server.publish(part);
+  EXPECT_TRUE(
+      log.waitForLine("ignored the map of /given/a on /given/cuboid_map: /given/b is followed"));
+  EXPECT_EQ(client.instance(), 0U);
+  for (const auto& part : server.parts("/given/b")) server.publish(part);
+  EXPECT_TRUE(waitFor([&] { return client.hasMap(); }));
+}
+
+TEST_F(NodeClientTest, FollowsTheServerThatItIsGivenByRemappedTopics) {
+  OtherServer server("remapped");
+  const ros::NodeHandle nh("elsewhere", {{kCuboidMapTopic, "/remapped/cuboid_map"},
+                                         {kCuboidMapUpdatesTopic, "/remapped/cuboid_map_updates"}});
+  const CuboidMapClient client(nh, "/given/b");
+  ASSERT_TRUE(server.waitForListener());
+  for (const auto& part : server.parts("/given/b")) server.publish(part);
+  EXPECT_TRUE(waitFor([&] { return client.hasMap(); }));
 }
 
 TEST_F(NodeClientTest, FollowsEditsAndResets) {
@@ -347,7 +369,7 @@ TEST_F(NodeClientTest, GetsTheMapWhenItComesLate) {
 
 TEST_F(NodeClientTest, HasAnEmptyMapWithoutAServer) {
   ros::NodeHandle elsewhere("elsewhere");
-  const cuboid_mapping_ros::CuboidMapClient client(elsewhere, "/nobody");
+  const cuboid_mapping_ros::CuboidMapClient client(elsewhere, "nobody");
   LogProbe log;
   EXPECT_FALSE(client.waitForMap(ros::WallDuration(3.5)));
   EXPECT_TRUE(log.waitForLine("no map has come on /elsewhere/cuboid_map, nobody publishes it"));
@@ -360,33 +382,34 @@ TEST_F(NodeClientTest, HasAnEmptyMapWithoutAServer) {
 TEST_F(NodeClientTest, NamesTheServerThatNobodyHasStartedUnlessItHearsAnother) {
   LogProbe log;
   OtherServer server("unnamed");
-  const CuboidMapClient fed(server.nh(), "fed_by_another");
+  const CuboidMapClient fed(server.nh());
   ASSERT_TRUE(server.waitForListener());
   for (const auto& part : server.parts("/a")) server.publish(part);
   ros::NodeHandle elsewhere("elsewhere");
   const CuboidMapClient client(elsewhere, "misspelt");
   EXPECT_TRUE(log.waitForLine("no node offers /elsewhere/misspelt/get_map"));
   EXPECT_TRUE(fed.hasMap());
-  EXPECT_FALSE(log.has("fed_by_another"));
+  EXPECT_FALSE(log.has("/unnamed/cuboid_mapping"));
 }
 
 TEST_F(NodeClientTest, SaysWhatIsMissingWhenItGivesUp) {
   ros::NodeHandle elsewhere("elsewhere");
-  const cuboid_mapping_ros::CuboidMapClient client(elsewhere, "/nobody");
+  const cuboid_mapping_ros::CuboidMapClient client(elsewhere, "nobody");
   LogProbe log;
   EXPECT_FALSE(client.waitForMap(ros::WallDuration(0.2)));
   EXPECT_TRUE(log.waitForLine("no map has come on /elsewhere/cuboid_map, nobody publishes it"));
 }
 
 TEST_F(NodeClientTest, SaysThatItsTopicIsPublishedButDoesNotConnect) {
-  ros::NodeHandle elsewhere("elsewhere");
+  ros::NodeHandle elsewhere("elsewhere", {{kCuboidMapTopic, "/elsewhere/other_map"},
+                                          {kCuboidMapUpdatesTopic, "/elsewhere/updates"}});
   auto options = ros::AdvertiseOptions::create<cuboid_mapping::FullCuboidMap>(kCuboidMapTopic, 1,
                                                                               {}, {}, {}, nullptr);
   options.md5sum = std::string(options.md5sum.size(), '1');
   const CuboidMapClient client(elsewhere, kNode);  // First: roscpp refuses it in the same process.
   const ros::Publisher publisher = elsewhere.advertise(options);
   LogProbe log;
-  EXPECT_TRUE(log.waitForLine("no map has come on /elsewhere/cuboid_map, though it is published"));
+  EXPECT_TRUE(log.waitForLine("no map has come on /elsewhere/other_map, though it is published"));
 }
 
 }  // namespace

@@ -50,6 +50,8 @@ Voxels classesOf(Voxels voxels) {
 /// A server that loses chosen updates.
 class LossyServer {
  public:
+  static constexpr char kServer[] = "/lossy/lossy";
+
   LossyServer(std::uint64_t instance, const MapImageServer::Options& options)
       : instance_(instance),
         detail_(options.topic_detail),
@@ -73,6 +75,7 @@ class LossyServer {
       const ChangeSet changes = work(map_);
       message.delta = makeDelta(map_, changes, instance_, base, detail_);
       message.delta.label.frame_id = "map";
+      message.server = kServer;
     }
     images_.noteUpdate(map_.revision());
     if (message.delta.is_everything) images_.publishSoon();
@@ -92,6 +95,7 @@ class LossyServer {
     ImageMessage message;
     message.image = makeImage(map_, instance_, detail);
     message.image.label.frame_id = "map";
+    message.server = kServer;
     return message;
   }
 
@@ -124,7 +128,7 @@ class LossyServerTest : public ::testing::TestWithParam<MapImageServer::Options>
     server_ = std::make_unique<LossyServer>(instance, GetParam());
   }
   std::unique_ptr<CuboidMapClient> connect() {
-    auto client = std::make_unique<CuboidMapClient>(ros::NodeHandle("lossy"), "/lossy/lossy");
+    auto client = std::make_unique<CuboidMapClient>(ros::NodeHandle("lossy"), LossyServer::kServer);
     EXPECT_TRUE(waitFor([&] { return server_->hasListener(); }));
     return client;
   }
@@ -190,6 +194,7 @@ TEST(CuboidMapClientTest, GoesWhileItsServerHangs) {
   thread.start();
   auto client = std::make_unique<CuboidMapClient>(ros::NodeHandle("hung"), "/hung/server");
   DeltaMessage message;
+  message.server = "/hung/server";
   message.delta.instance = 1;
   message.delta.label.frame_id = "map";
   message.delta.resolution_m = 0.1;
