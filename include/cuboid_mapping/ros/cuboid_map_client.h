@@ -24,7 +24,8 @@ class ClientMap {
   explicit ClientMap(std::shared_ptr<const cuboid_mapping::MapFollower> version)
       : version_(std::move(version)) {}
 
-  /// The map; empty before the first. Its own revision() is not the server's.
+  /// The map; empty before the first. Its own revision() is not the server's. Keep the ClientMap while you use the
+  /// reference.
   [[nodiscard]] const cuboid_mapping::CuboidMap& map() const;
   /// Revision of the server's map that this one equals; 0 before the first map.
   [[nodiscard]] std::uint64_t revision() const { return version_->revision(); }
