@@ -124,7 +124,7 @@ TEST_F(SearchAnswers, GiveTheCuboidsOfARegion) {
 TEST_F(SearchAnswers, CoverARegionByFewBoxes) {
   GetCuboids::Request request;
   request.everything = true;
-  request.classes = GetCuboids::Request::OCCUPIED;
+  request.min_edge = -1.0;  // Ignored, as `classes` is.
   request.max_boxes = 1;
   request.keep_passages.x = request.keep_passages.y = request.keep_passages.z = -1.0;
   auto response = answer<GetCuboids>(in_frame_, request);

@@ -191,6 +191,10 @@ void answer(ServiceCall& call, const CheckBoxes::Request& request, CheckBoxes::R
 }
 
 void answer(ServiceCall& call, const GetCuboids::Request& request, GetCuboids::Response& response) {
+  const CellBox region =
+      request.everything != 0 ? kAllCells : call.box(request.region, request.inflation, {"region"});
+  call.requireLoaded(region);
+  if (request.max_boxes > 0) return answerCover(call, readCover(call, request, region), response);
   CuboidSelection selection;
   selection.filter = ServiceCall::classes(request.classes);
   const double min_edge =
@@ -198,10 +202,6 @@ void answer(ServiceCall& call, const GetCuboids::Request& request, GetCuboids::R
   selection.min_edge = static_cast<std::int32_t>(std::min(min_edge, 1.0 * Grid::kMaxCell));
   selection.is_clipped = request.clip != 0;
   selection.max_cuboids = toLimit(request.limit);
-  const CellBox region =
-      request.everything != 0 ? kAllCells : call.box(request.region, request.inflation, {"region"});
-  call.requireLoaded(region);
-  if (request.max_boxes > 0) return answerCover(call, readCover(call, request, region), response);
   call.read(kCuboidBytes, [&](const CuboidMap& map, Budget& budget) {
     const auto selected = request.joined != 0 ? selectJoined(map, region, selection, budget)
                                               : selectCuboids(map, region, selection, budget);
