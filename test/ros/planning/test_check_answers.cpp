@@ -203,6 +203,8 @@ TEST_F(CheckAnswers, RefuseWhatIsNoRay) {
   request = makeRay();
   request.max_range = 0.0;
   expectRefusal(answer<CastRays>(in_frame_, request), "max_range");
+  request.max_range = std::numeric_limits<double>::infinity();
+  expectRefusal(answer<CastRays>(in_frame_, request), "must be a finite number greater than 0");
   request = makeRay();
   request.origins[0].y = std::nan("");
   expectRefusal(answer<CastRays>(in_frame_, request), "origins[0]");

@@ -303,6 +303,13 @@ TEST_F(SearchAnswers, LeadOutOfAnObstacleAndNearAGoal) {
   ASSERT_GE(response.path.poses.size(), 3U);
   expectNear(response.path.poses[1].pose.position, 0.85, 0.15, 0.5);
   EXPECT_EQ(response.occupancy, FindCorridor::Response::OCCUPIED);
+  request.start.x = 1.05;  // The centre is in the wall.
+  request.start_tolerance = 1000.0;
+  response = answer<FindCorridor>(in_frame_, request);
+  EXPECT_EQ(response.result, FindCorridor::Response::START_BLOCKED);
+  EXPECT_NE(response.info.message.find("no way out is within start_tolerance: move the start"),
+            std::string::npos)
+      << response.info.message;
 
   request = makeTask();
   request.goal = point(5, 0.5, 0.5);

@@ -89,7 +89,8 @@ TEST_F(ServiceLimitsTest, LeavePathsBlockedThatAreNotAnswered) {
   request.lengths = {1, 1};
   const auto cut = answer<CheckPath>(withBricks(100000), request);
   expectCut(cut, " bricks");
-  EXPECT_NE(cut.info.message.find("for less at once"), std::string::npos);
+  EXPECT_NE(cut.info.message.find("0 of 2 paths are answered: ask for less, such as"),
+            std::string::npos);
   EXPECT_EQ(cut.info.answered, 0U);
   EXPECT_EQ(cut.free, (std::vector<std::uint8_t>{0, 0}));
   EXPECT_EQ(cut.occupancy[0], CheckPath::Response::UNKNOWN);

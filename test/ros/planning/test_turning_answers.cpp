@@ -103,7 +103,7 @@ TEST_F(TurningAnswers, RefuseHeadingsThatAreNone) {
   };
   expectRefusal(ask([](auto& r) { r.headings.pop_back(); }), "2 headings and 3 waypoints");
   expectRefusal(ask([](auto& r) { r.headings[1] = NAN; }), "the heading of waypoints[1]");
-  expectRefusal(ask([](auto& r) { r.headings[2] = M_PI; }), "path 0: poses[1] to poses[2]");
+  expectRefusal(ask([](auto& r) { r.headings[2] = M_PI; }), "path 0: waypoints[1] to waypoints[2]");
   expectRefusal(ask([](auto& r) { r.headings[2] = -M_PI; }), "give a pose in between");
   expectRefusal(ask([](auto& r) { r.waypoints[2].x = NAN; }), "waypoints[2]");
   expectRefusal(ask([](auto& r) { r.waypoints[2].x = 1e12; }), "range of the grid");

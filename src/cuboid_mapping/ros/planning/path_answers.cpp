@@ -7,6 +7,7 @@
 #include "cuboid_mapping/ros/queries/service_call.h"
 
 #include <tf2_eigen/tf2_eigen.h>
+#include <boost/algorithm/string/replace.hpp>
 
 #include <numeric>
 
@@ -108,7 +109,8 @@ std::vector<PosesOfPath> readAllPoses(const ServiceCall& call, const CheckPath::
   for (const Path& path : paths) {
     all.push_back(readPoses(call, request, first, path.size()));
     first += path.size();
-    const std::string fault = findFault(body, all.back(), call.map().grid());
+    std::string fault = findFault(body, all.back(), call.map().grid());
+    boost::replace_all(fault, "poses[", "waypoints[");
     if (!fault.empty()) throw Refusal("path " + std::to_string(all.size() - 1) + ": " + fault);
   }
   return all;

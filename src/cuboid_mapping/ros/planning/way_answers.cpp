@@ -132,11 +132,17 @@ std::string explainMet(const CuboidMap& map, const char* end, const std::optiona
          toText(map.grid().centerOf(CellBox::ofCell(*met)));
 }
 
-std::string explainBlocked(const CuboidMap& map, const char* end, const std::optional<Cell>& met) {
+std::string explainBlocked(const CuboidMap& map, const char* end, const std::optional<Cell>& met,
+                           double tolerance_m) {
   const bool is_unknown = met && map.voxels().at(*met) == Occupancy::kUnknown;
-  return explainMet(map, end, met) + ": a larger " + end + "_tolerance " +
-         (end == std::string("start") ? "lets it leave" : "lets the path end nearby") +
-         (met ? "" : ", or make the region larger") +
+  const bool is_start = end == std::string("start");
+  const std::string tolerance = std::string(end) + "_tolerance";
+  const std::string advice =
+      tolerance_m > 0.0
+          ? (is_start ? ", and no way out is within " : ", and no free place is within ") +
+                tolerance + ": move the " + end
+          : ": a larger " + tolerance + (is_start ? " lets it leave" : " lets the path end nearby");
+  return explainMet(map, end, met) + advice + (met ? "" : ", or make the region larger") +
          (is_unknown ? ", or treat unknown space as free" : "");
 }
 
@@ -177,8 +183,9 @@ std::string explainWay(const CuboidMap& map, const TaskT& task, UnknownPolicy po
   if (way.isFound()) return explainEnds(map, *way);
   if (!way.isNotFound()) return way.fault;  // See noteEnd().
   switch (way.value.blocked) {
-    case Blocked::kStart: return explainBlocked(map, "start", way.value.met);
-    case Blocked::kGoal: return explainBlocked(map, "goal", way.value.met);
+    case Blocked::kStart:
+      return explainBlocked(map, "start", way.value.met, task.start_tolerance_m);
+    case Blocked::kGoal: return explainBlocked(map, "goal", way.value.met, task.goal_tolerance_m);
     default:
       return std::string(
                  "there is no way: everything that the robot can reach from the start was "

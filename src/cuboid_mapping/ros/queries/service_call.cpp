@@ -225,12 +225,14 @@ std::string loadPages(const MapInFrame& map, const CellBox& box, std::size_t& nu
 
 double ServiceCall::notNegative(double value, const char* name) {
   if (std::isfinite(value) && value >= 0.0) return value;
-  throw Refusal(std::string(name) + " is " + toText(value) + ": must be a number of at least 0");
+  throw Refusal(std::string(name) + " is " + toText(value) +
+                ": must be a finite number of at least 0");
 }
 
 double ServiceCall::positive(double value, const char* name) {
   if (std::isfinite(value) && value > 0.0) return value;
-  throw Refusal(std::string(name) + " is " + toText(value) + ": must be a number greater than 0");
+  throw Refusal(std::string(name) + " is " + toText(value) +
+                ": must be a finite number greater than 0");
 }
 
 UnknownPolicy ServiceCall::policy(std::uint8_t unknown) {
@@ -278,9 +280,11 @@ void ServiceCall::noteEnd(const Budget& budget, const std::string& advice) {
 void ServiceCall::noteAnswered(const Entries& entries, std::size_t num_answered,
                                std::size_t num_entries, const Budget& budget) {
   info_.answered = static_cast<std::uint32_t>(num_answered);
-  noteEnd(budget, std::to_string(num_answered) + " of " + std::to_string(num_entries) + ' ' +
-                      entries.name + " are answered: ask for the rest in another call" +
-                      (num_answered == 0 ? ", for less at once" : ""));
+  noteEnd(budget,
+          std::to_string(num_answered) + " of " + std::to_string(num_entries) + ' ' + entries.name +
+              " are answered: " +
+              (num_answered == 0 ? "ask for less, such as a smaller box, range or max_distance"
+                                 : "ask for the rest in another call"));
 }
 
 AnswerInfo makeInfo(const GuardedMap& map, const std::string& frame_id, const std::string& error) {
