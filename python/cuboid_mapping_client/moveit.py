@@ -46,16 +46,18 @@ class _Shape:
 
 def _shape_of_primitive(primitive):
     sizes = list(primitive.dimensions)
+    needed = {primitive.BOX: 3, primitive.SPHERE: 1, primitive.CYLINDER: 2, primitive.CONE: 2}.get(primitive.type)
+    if needed is None:
+        raise ValueError(f'a primitive of type {primitive.type}')
+    if len(sizes) < needed:
+        raise ValueError(f'a primitive of type {primitive.type} with {len(sizes)} dimensions, not {needed},')
     if primitive.type == primitive.BOX:
         return _Shape((0, 0, 0), np.array(sizes[:3]) / 2)
     if primitive.type == primitive.SPHERE:
-        radius, = sizes[:1]
+        radius = sizes[0]
         return _Shape((0, 0, 0), [radius] * 3, lambda p, pad: np.linalg.norm(p, axis=1) <= radius + pad)
-    if primitive.type in (primitive.CYLINDER, primitive.CONE):  # A cone is freed with the cylinder around it.
-        height, radius = sizes[:2]
-        return _Shape((0, 0, 0), (radius, radius, height / 2),
-                      lambda p, pad: np.linalg.norm(p[:, :2], axis=1) <= radius + pad)
-    raise ValueError(f'a primitive of type {primitive.type}')
+    height, radius = sizes[:2]  # A cone is freed with the cylinder around it.
+    return _Shape((0, 0, 0), (radius, radius, height / 2), lambda p, pad: np.linalg.norm(p[:, :2], axis=1) <= radius + pad)
 
 
 def _shape_of_mesh(mesh):
@@ -72,6 +74,11 @@ def _placed(shapes, poses):
     return zip([*poses, *[Pose()] * (len(shapes) - len(poses))], shapes)
 
 
+def _base_of(collision_object):
+    """Returns the pose of an object; messages before Noetic have only poses of its shapes."""
+    return matrix_of(getattr(collision_object, 'pose', Pose()))
+
+
 def shapes_of(collision_object):
     """Returns the shapes of an object with their poses in its frame, as [(matrix, shape)]; meshes as their boxes.
 
@@ -79,8 +86,7 @@ def shapes_of(collision_object):
     """
     if collision_object.planes:
         raise ValueError('a plane')
-    base = getattr(collision_object, 'pose', None)  # Messages before Noetic have no pose of the whole.
-    base = np.eye(4) if base is None else matrix_of(base)
+    base = _base_of(collision_object)
     shapes = [(pose, _shape_of_primitive(primitive))
               for pose, primitive in _placed(collision_object.primitives, collision_object.primitive_poses)]
     shapes += [(pose, _shape_of_mesh(mesh)) for pose, mesh in _placed(collision_object.meshes, collision_object.mesh_poses)]
@@ -147,6 +153,7 @@ class MapObjects:
         self._set_box, self._transform = set_box, transform
         self._resolution, self._padding = resolution, padding
         self._boxes = collections.OrderedDict()  # By the object's id.
+        self._shapes = {}  # By the object's id: its pose in the map, and its shapes with theirs.
         self._turn = threading.Lock()
 
     def take(self, message):
@@ -163,23 +170,38 @@ class MapObjects:
         to_map = self._transform(message.header.frame_id)
         if isinstance(to_map, str):
             return to_map
-        if message.operation == message.MOVE and not (message.primitives or message.meshes):
-            return f'{message.id}: a move without shapes: send the object again'
+        base = to_map @ _base_of(message)
         try:
-            boxes = [boxes_in(to_map @ matrix, shape, self._resolution, self._padding)
-                     for matrix, shape in shapes_of(message)]
+            if message.operation == message.MOVE and not (message.primitives or message.meshes):
+                shapes = self._moved(message, base)
+            else:
+                shapes = [(to_map @ matrix, shape) for matrix, shape in shapes_of(message)]
+            boxes = [boxes_in(matrix, shape, self._resolution, self._padding) for matrix, shape in shapes]
         except ValueError as error:
             return f'{message.id}: {error} is not kept free'
         added = np.concatenate(boxes) if boxes else np.empty((0, 6))
         known = self._boxes.get(message.id)
         if known is not None and message.operation == message.APPEND:
             added = np.unique(np.concatenate([known, added]), axis=0)
+            base, shapes = self._shapes[message.id][0], self._shapes[message.id][1] + shapes
         if known is not None and not np.array_equal(known, added):  # A twin stays locked.
             self._release(message.id)
         error = self._call(added, SetBoxRequest.FREE, True)
         if error is None:  # Boxes that are refused once would be refused with those of the others.
-            self._boxes[message.id] = added
+            self._boxes[message.id], self._shapes[message.id] = added, (base, shapes)
         return error
+
+    def _moved(self, message, base):
+        """Returns the known shapes of an object at their new poses in the map. base: the new pose of the object."""
+        if message.id not in self._boxes:
+            raise ValueError('an unknown object that is moved')
+        old_base, shapes = self._shapes[message.id]
+        poses = [*message.primitive_poses, *message.mesh_poses]
+        if not poses:
+            return [(base @ np.linalg.inv(old_base) @ matrix, shape) for matrix, shape in shapes]
+        if len(poses) != len(shapes):
+            raise ValueError(f'a move with {len(poses)} poses for {len(shapes)} shapes')
+        return [(base @ matrix_of(pose), shape) for pose, (_, shape) in zip(poses, shapes)]
 
     def _release(self, name):
         boxes = self._boxes.pop(name, None)

@@ -1,9 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 """Objects of MoveIt and the map of the running node, with the definitions of MoveIt's messages: it is not in Debian."""
+import os
 import pathlib
 import runpy
+import signal
+import subprocess
 import sys
+import tempfile
 import unittest
 from unittest import mock
 
@@ -11,7 +15,8 @@ import genpy.dynamic
 import numpy as np
 import rospy
 import rostest
-from geometry_msgs.msg import Point, Pose, Quaternion
+import tf2_ros
+from geometry_msgs.msg import Point, Pose, Quaternion, TransformStamped
 
 from cuboid_mapping.msg import Box
 from cuboid_mapping.srv import GetLocks, SetBox, SetBoxRequest
@@ -142,6 +147,7 @@ class MoveitObjectsTest(unittest.TestCase):
     def setUp(self):
         rospy.wait_for_service(NODE + '/set_box', 60.0)
         self.set_box = rospy.ServiceProxy(NODE + '/set_box', SetBox)
+        self.get_locks = rospy.ServiceProxy(NODE + '/get_locks', GetLocks)
         self.set_box(boxes=[Box(Point(-2, -2, -2), Point(2, 2, 2))], occupancy=SetBoxRequest.OCCUPIED)
         self.client = CuboidMapClient(NODE)
         self.addCleanup(self.client.close)
@@ -156,8 +162,7 @@ class MoveitObjectsTest(unittest.TestCase):
         return self.client.map.query_boxes([(-2, -2, -2, 2, 2, 2)]).free_volume[0]
 
     def locked_volume(self):
-        boxes = rospy.ServiceProxy(NODE + '/get_locks', GetLocks)().boxes
-        return sum((b.max.x - b.min.x) * (b.max.y - b.min.y) * (b.max.z - b.min.z) for b in boxes)
+        return sum((b.max.x - b.min.x) * (b.max.y - b.min.y) * (b.max.z - b.min.z) for b in self.get_locks().boxes)
 
     def test_an_object_is_free_and_locked_while_it_is_known(self):
         self.assertIsNone(self.objects.take(make_object('table', sizes=(1, 1, 0.4))))
@@ -176,6 +181,7 @@ class MoveitObjectsTest(unittest.TestCase):
         self.assertIsNone(self.objects.take(make_object('table', sizes=(1, 1, 0.4))))
         for bad in (make_object('nowhere', at=(np.nan, 0, 0)), make_object('turned', turn=Quaternion(np.nan, 0, 0, 1)),
                     make_object('infinite', sizes=(1, np.inf, 1)), make_object('short', SolidPrimitive.SPHERE, ()),
+                    make_object('flat', sizes=(1,)),
                     make_object('far', at=(1e12, 0, 0))):
             self.assertIsNotNone(self.objects.take(bad), bad.id)
         self.assertIsNone(self.objects.take(make_object('cup', sizes=(0.4, 0.4, 1))))
@@ -197,10 +203,55 @@ class MoveitObjectsTest(unittest.TestCase):
         self.assertIsNone(objects.take(CollisionObject(id='table', operation=CollisionObject.REMOVE)))
         self.assertEqual(self.locked_volume(), 0.0)
 
+    def test_a_move_without_shapes_moves_the_known_ones(self):
+        made = make_object('table', sizes=(1, 1, 0.4), at=(0, 0, 0.3))
+        self.assertIsNone(self.objects.take(made))
+        move = CollisionObject(id='table', operation=CollisionObject.MOVE)
+        move.header.frame_id = 'map'
+        move.pose.position.x = 1.0
+        self.assertIsNone(self.objects.take(move))
+        self.assertAlmostEqual(self.locked_volume(), 0.4)
+        self.assertAlmostEqual(min(b.min.x for b in self.get_locks().boxes), 0.5)
+        self.assertAlmostEqual(min(b.min.z for b in self.get_locks().boxes), 0.1)
+        move.primitive_poses = [Pose(Point(0, 0, 1), Quaternion())]
+        self.assertIsNone(self.objects.take(move))
+        self.assertAlmostEqual(self.locked_volume(), 0.4)
+        self.assertAlmostEqual(min(b.min.z for b in self.get_locks().boxes), 0.8)
+        move.primitive_poses *= 2
+        self.assertIn('2 poses for 1 shapes', self.objects.take(move))
+        move.id = 'unknown'
+        self.assertIn('unknown object', self.objects.take(move))
+        self.assertIsNone(self.objects.take(CollisionObject(operation=CollisionObject.REMOVE)))
+
+    def test_the_program_unlocks_at_its_end(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        for package, name in (('moveit_msgs', 'CollisionObject'), ('shape_msgs', 'SolidPrimitive')):
+            path = pathlib.Path(folder.name, package)
+            path.mkdir()
+            (path / '__init__.py').touch()
+            (path / 'msg.py').write_text(f'from test_moveit_objects import {name}\n')
+        paths = [folder.name, str(pathlib.Path(__file__).resolve().parent), os.environ['PYTHONPATH']]
+        broadcaster = tf2_ros.StaticTransformBroadcaster()
+        transform = TransformStamped(child_frame_id='robot')
+        transform.header.frame_id = 'map'
+        transform.transform.rotation.w = 1.0
+        broadcaster.sendTransform(transform)
+        publisher = rospy.Publisher('collision_object', CollisionObject, queue_size=1, latch=True)
+        publisher.publish(make_object('table', sizes=(1, 1, 0.4)))
+        program = subprocess.Popen([sys.executable, str(PROGRAM), '__name:=bridge'],
+                                   env={**os.environ, 'PYTHONPATH': os.pathsep.join(paths)})
+        self.addCleanup(program.kill)
+        self.assertTrue(wait_for(lambda: self.locked_volume() > 0.3))
+        program.send_signal(signal.SIGINT)
+        program.wait(30.0)
+        self.assertEqual(self.locked_volume(), 0.0)
+
     def test_says_what_it_cannot_do(self):
         lost = make_object('lost')
         lost.header.frame_id = 'nowhere'
         self.assertEqual(self.objects.take(lost), 'no frame nowhere')
+        self.assertIn('with 0 dimensions, not 1', self.objects.take(make_object('short', SolidPrimitive.SPHERE, ())))
         self.assertIn('more than', self.objects.take(make_object('all', sizes=(1e6, 1e6, 1e6))))
         self.assertIsNone(self.objects.take(make_object(PREFIX + '0_0_0')), 'one of the map itself')
         self.assertEqual(self.locked_volume(), 0.0)
