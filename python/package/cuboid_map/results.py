@@ -14,7 +14,7 @@ class Occupancy(enum.IntEnum):
 
 
 class RayEnd(enum.IntEnum):
-    """End of a ray."""
+    """End of a ray, with the numbers of the service cast_rays; those of C++ differ."""
     UNKNOWN = 0    # The border of unknown space blocks it.
     MAX_RANGE = 1  # Nothing blocks it.
     OCCUPIED = 2   # An occupied voxel blocks it.
