@@ -52,7 +52,7 @@ def rate(value):
 
 
 def times(value):
-    """A ratio with two digits behind the point, or none where it is great."""
+    """A ratio with two digits behind the point, one from 10 on, none from 20 on."""
     return f'{value:.0f}' if value >= 20 else f'{value:.1f}' if value >= 10 else f'{value:.2f}'
 
 
@@ -193,7 +193,8 @@ def agreement_block(reports):
 
 
 def other_maps_block(reports):
-    """Every map that took part, where this one gains most and least; it ends with the machine, which may be another than the page's."""
+    """The maps that took part, but for octomap_lazy and ohm_rays, where this one gains most and least; it ends with the machine,
+    which may be another than the page's."""
     shown = ((KITTI, 0.2), (RGBD, 0.05))
     found = [report for report in reports.of(other_maps()) if (report['dataset'], report['resolution_m']) in shown]
 
@@ -267,7 +268,7 @@ def scaling_block(reports):
     """Exponents of each figure, of this map and of OctoMap, over what is varied; it ends with the machine."""
     rows, used = [], []
     for varied, runs in scaling(is_large=True):
-        found = sorted(reports.of(runs), key=VARIED[varied]) if varied in VARIED else []
+        found = sorted(reports.of(runs), key=VARIED[varied])
         if len(found) < 2:
             continue
         used += found

@@ -14,7 +14,7 @@ FINER = {KITTI: (1, 2, 3), TOR: (1,), FR079: (), RGBD: (5, 20)}
 
 # (data set, resolution).
 HEADLINES = [(KITTI, 0.2), (TOR, 0.2), (FR079, 0.05), (FR079, 0.1), (RGBD, 0.05), (RGBD, 0.02)]
-REPETITIONS = 3  # One for what only plots show.
+REPETITIONS = 3
 PROCESSES = 10   # For intervals of the headlines' ratios.
 
 
@@ -141,7 +141,6 @@ def scaling(is_large=False):
     yield 'size of the map', [Run(KITTI, 0.2, 1, laps=count, peers='none') for count in (*laps, *((27, 81) if is_large else ()))]
     if is_large:
         yield 'size of the map', [Run(KITTI, 0.1, 1, laps=count, peers='none') for count in (1, 2, 5, 10, 20, 40)]
-    yield 'threads', [Run(KITTI, 0.2, 1, threads=count, peers='none') for count in (1, 2, *((4, 8, 16) if is_large else ()))]
 
 
 def scaling_runs(is_large=False):

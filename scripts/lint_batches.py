@@ -4,7 +4,7 @@
 
 usage: scripts/lint_batches.py          needs a configured build/ (scripts/build)
 
-clang-tidy spends nearly all its time on the headers of each unit. Here one file includes the sources of a folder, so that
+clang-tidy spends nearly all its time on the headers of each unit. Here one file includes the sources of a group, so that
 clang-tidy reads their headers once. Macros rename names that two sources have in unnamed namespaces. A source that
 does not compile together with the others is checked alone.
 """
@@ -62,7 +62,7 @@ def group_of(source):
     """Sources of a group have one .clang-tidy. Those with headers of rviz stay among themselves: its Node is not ours."""
     if source.parts[0] == 'test':
         return 'test'
-    return 'src-rviz' if source.parts[1] in ('rviz_display', 'display') else 'src'
+    return 'src-rviz' if source.parts[1] == 'rviz_display' else 'src'
 
 
 def make_batches(sources):
