@@ -166,7 +166,7 @@ class DocumentsTest(unittest.TestCase):
                         self.assertFalse(os.access(file, os.X_OK))
 
     def check_command(self, program, *words):
-        """Each program, launch file, service, script and option exists; other tests check that it works."""
+        """Each program, launch file and its arguments, service and script exists; other tests check that it works."""
         built = '\n'.join((ROOT / path).read_text() for path in (
             'src/programs.cmake', 'benchmark/CMakeLists.txt', 'fuzz/CMakeLists.txt', 'cmake/ros_package.cmake'))
         if program == 'mpirun':

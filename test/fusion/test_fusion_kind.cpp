@@ -21,14 +21,14 @@ TEST(FusionKind, isReadFromItsName) {
   }
 }
 
-TEST(FusionKind, makesAnRTreeOfTheGivenOrder) {
+TEST(FusionKind, leavesTheOrderOfTheRTreeToTheConfiguration) {
   for (const FusionKind kind : kKinds) {
     MapConfig config;
     config.fusion = kind;
     config.rtree = {8, 3};
     const CuboidMap map(config);
     EXPECT_EQ(map.cuboids().inner().config().max_branches, 8);
-    EXPECT_TRUE(map.cuboids().inner().isEmpty());
+    EXPECT_EQ(map.cuboids().inner().config().min_branches, 3);
   }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Corrections that rebuild only a part of the map, and edits that move.
+// Corrections that move only a part of the map, and edits that move.
 #include "cuboid_mapping/history/map_history.h"
 #include "history/random_drive.h"
 #include "support/snapshots.h"
@@ -16,7 +16,7 @@ using test::Drive;
 using test::newPoses;
 using test::voxelsOf;
 
-/// 200 corrections of a few clouds each: untouched bricks are taken over.
+/// 200 corrections of a few clouds each.
 TEST(CorrectionRule, makesTheSameMapWhereOnlyAPartMoves) {
   int num_corrections = 0;
   for (std::uint64_t seed = 50; num_corrections < 200; ++seed) {

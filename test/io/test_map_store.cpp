@@ -209,7 +209,9 @@ TEST(MapStore, findsAPageThatIsInThePlaceOfAnother) {
   writeStore(file, test::randomSnapshot(random));
   runSql(file, "UPDATE pages SET x = x + 6400");
   const MapStore store(file, StoreAccess::kRead);
-  for (const Cell& page : store.pages()) {
+  const std::vector<Cell> pages = store.pages();
+  ASSERT_FALSE(pages.empty());
+  for (const Cell& page : pages) {
     expectError(MapFileDefect::kCorrupted, file, "another page", [&] { (void)store.read(page); });
   }
 }

@@ -103,8 +103,7 @@ TEST(LockedBoxes, stayWhatTheyAreWhenABoxIsLockedTwice) {
   EXPECT_TRUE(locked.isEmpty());
 }
 
-/// As many locks as a planner could set in a day: a brick of a cloud meets few of them, and no others
-/// are read.
+/// As many locks as a planner could set in a day: a brick of a cloud meets few of them.
 TEST(LockedBoxes, mayBeMany) {
   LockedBoxes locked;
   constexpr std::int32_t kCount = 40;

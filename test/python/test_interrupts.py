@@ -30,7 +30,7 @@ def make_interrupt():
 
 
 def closed_box():
-    """A start from which no way leads to the goal in a large space that is free."""
+    """A map with a goal to which no way leads, in a large space that is free."""
     mapper = cuboid_map.Mapper(resolution=0.05)
     mapper.set_boxes([(-1, -1, -1, 1, 1, 1)], 'occupied')
     mapper.set_boxes([(-0.5, -0.5, -0.5, 0.5, 0.5, 0.5)], 'free')

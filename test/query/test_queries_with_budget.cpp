@@ -301,7 +301,7 @@ TEST(QueriesWithABudget, endAlsoWhereNothingIsOfTheClass) {
   }
 }
 
-TEST(QueriesWithABudget, endSoonWhateverIsAsked) {
+TEST(QueriesWithABudget, endAtTheLimitOfBricksWhateverIsAsked) {
   const CuboidMap map = makeMap();
   for (const auto& questions : {monstrousBoxes(), monstrousWays()}) {
     for (const Question& question : questions) {

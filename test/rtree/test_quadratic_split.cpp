@@ -87,6 +87,7 @@ TEST(QuadraticSplit, keepsBoxClassAndChildOfEachBranch) {
   const SplitGroups groups = splitQuadratic(branches, 1);
   std::vector<Branch> all(groups.first.begin(), groups.first.end());
   all.insert(all.end(), groups.second.begin(), groups.second.end());
+  EXPECT_EQ(all.size(), 3U);
   for (const Branch& branch : all) {
     EXPECT_EQ(branch.box, branches[static_cast<int>(branch.child)].box);
     EXPECT_EQ(branch.has_occupied, branches[static_cast<int>(branch.child)].has_occupied);

@@ -48,11 +48,11 @@ TEST(ScanUpdate, ofAnOpenEndWithAMarginLeavesItsVoxelAlone) {
     Scan scan = scanFromVoxelZero();
     scan.open_ends = {{4.4F, 0.5F, 0.5F}};
     ScanUpdater updater(Grid(1.0), BeamRanges{kNoLimit, margin_m});
-    for (const BrickUpdate& brick : updater.compute(scan).bricks) {
-      EXPECT_TRUE(brick.hits.isEmpty());
-      const BrickMask seen = brick.misses | brick.grazes;
-      for (int x = 0; x < 8; ++x) EXPECT_EQ(seen.test(x), x < 4) << x << ", margin " << margin_m;
-    }
+    const auto& bricks = updater.compute(scan).bricks;
+    ASSERT_EQ(bricks.size(), 1U);
+    EXPECT_TRUE(bricks[0].hits.isEmpty());
+    const BrickMask seen = bricks[0].misses | bricks[0].grazes;
+    for (int x = 0; x < 8; ++x) EXPECT_EQ(seen.test(x), x < 4) << x << ", margin " << margin_m;
   }
 }
 

@@ -111,7 +111,7 @@ TEST(BrickCuboids, endAVisitWhenTheyAreTold) {
   EXPECT_EQ(num_visits, 1);
 }
 
-TEST(BrickCuboids, areKeptOnceByReadersSideBySide) {
+TEST(BrickCuboids, areTheSameForReadersSideBySide) {
   test::Random random(3);
   for (int i = 0; i < 200; ++i) {
     const DividedBrick divided = divide(randomVoxels(random), BrickMask());

@@ -334,9 +334,9 @@ TEST(SelfFilter, TheVoxelsOfTheRobotAreKeptFreeAsFarAsNothingHitsThem) {
 TEST(SelfFilter, OfAListOfSourcesAllHaveIt) {
   NodeParameters parameters = makeParameters();
   parameters.sources.resize(2);
-  for (const auto& source : makeSources(parameters)) {
-    EXPECT_EQ(source->frames.steps.size(), 1U);
-  }
+  const auto sources = makeSources(parameters);
+  ASSERT_EQ(sources.size(), 2U);
+  for (const auto& source : sources) EXPECT_EQ(source->frames.steps.size(), 1U);
 }
 
 }  // namespace
