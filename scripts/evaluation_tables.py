@@ -7,7 +7,7 @@ from benchmark_document import extent, table
 from benchmark_runs import FRAMES, finer_sets
 
 REFERENCE_M = 0.2
-USUAL_SAMPLES_PER_M = 0.1  # Default of growth/samples_per_m.
+USUAL_SAMPLES_PER_M = 0.1  # Default of growth.sampling.per_m.
 FITTED = 'muehlburger_tor_standing'  # The one data set that the model of stable voxels is fitted to.
 
 
@@ -223,7 +223,7 @@ def stability_block(runs, ablations):
         unstable, stable, octomap, growth = state(dataset, len(part['stability']))
         percents = (stable / (unstable + stable), unstable / octomap, growth / octomap, (unstable + stable / size) / octomap)
         rows.append([dataset, *(f'{100 * percent:.1f} %' for percent in percents)])
-    return table(['data set', 'stable voxels', 'unstable voxels, as share of these',
+    return table(['data set', 'stable voxels', 'unstable voxels, as share of OctoMap\'s cells',
                   'growth', f'model, {size:.1f} stable voxels a cell'], rows)
 
 

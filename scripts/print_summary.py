@@ -128,7 +128,7 @@ def main():
     if not wait_for_map(watcher, arguments.seconds, arguments.until_end_of_bag):
         return 1
     print_summary(watcher)
-    # Cuboids are published once a second, and then take rviz some time.
+    # rviz needs some time to draw the cuboids.
     time.sleep(min(60.0, 2.0 + watcher.number('cuboids occupied') / DRAW_PER_S))
     return 0
 

@@ -94,7 +94,7 @@ class Explorer:
                           Point(min(low.x + (x + 1) * TILE, high.x), min(low.y + (y + 1) * TILE, high.y), high.z))
 
     def find_places(self):
-        """(place, unknown volume in view) of each frontier, except near visited places."""
+        """(place, unknown volume in view) of each frontier with unknown volume in view, except near visited places."""
         blocked = self.check_boxes(boxes=[self.body(stand) for stand in self.stands]).blocked
         stands = [stand for stand, is_blocked in zip(self.stands, blocked) if not is_blocked]
         places = []

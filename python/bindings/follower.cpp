@@ -17,7 +17,7 @@ namespace {
 using namespace cuboid_mapping;
 using py::literals::operator""_a;
 
-/// The bricks of a message are damaged.
+/// A message is damaged, or lacks a part.
 struct DamagedMessage : std::invalid_argument {
   using std::invalid_argument::invalid_argument;
 };

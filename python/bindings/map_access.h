@@ -15,8 +15,8 @@ namespace cuboid_map_python {
 
 namespace py = pybind11;
 
-/// A map that Python holds. Readers run side by side. They wait for locks, and hold them, without the GIL, so that
-/// GIL and lock cannot wait for each other.
+/// A map that Python holds. Readers run side by side. They wait for locks, and hold them, without the GIL, but for
+/// looks at signals, so that GIL and lock cannot wait for each other.
 class MapAccess {
  public:
   MapAccess() = default;

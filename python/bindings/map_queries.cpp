@@ -183,8 +183,8 @@ MapClass bindMap(py::module& module) {
 
 Points and boxes are in metres, in the frame of the map.
 
-Threads: any thread may call all functions, which release the GIL while they work. Queries run side by side; changes wait
-for queries, and queries for changes. Ctrl-C ends a search.)");
+Threads: any thread may call all functions, which release the GIL while they work. Queries run side by side. In a Mapper,
+changes wait for queries, and queries for changes. Ctrl-C ends a search.)");
   map.def_property_readonly(
       "resolution", [](MapAccess& access) { return access.grid().resolution(); },
       "Edge of a voxel in metres.");

@@ -17,7 +17,7 @@ namespace {
 using namespace cuboid_mapping;
 using py::literals::operator""_a;
 
-/// Voxels that set_boxes() fills at most; ~set_box has the same limit.
+/// Voxels that set_boxes() fills at most; ~set_box has a limit of bricks.
 constexpr double kMaxSetVoxels = 1e9;
 
 /// A scan as it comes from Python.

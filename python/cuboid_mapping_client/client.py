@@ -59,7 +59,7 @@ class CuboidMapClient:
         self._awaited_since = None
         self._early_updates = collections.deque(maxlen=_MAX_EARLY_UPDATES)  # Updates before the awaited map.
         self._has_values = False  # Updates carry log-odds.
-        self._is_updated = False  # Updates have come since the last map.
+        self._is_updated = False  # The last update could be applied, and no map has come since.
         self._map = MapFollower()
         self._on_change = on_change
         self._named_server = rospy.resolve_name(server)
@@ -71,7 +71,7 @@ class CuboidMapClient:
             rospy.Subscriber(_topic_beside(self._named_server, 'cuboid_map'), FullCuboidMap, self._take_map)]
 
     def close(self):
-        """Stops following; the map stays as it is, and on_change is not called any more."""
+        """Stops following; the map stays as it is once a running update is done, and on_change is not called any more."""
         for subscriber in self._subscribers:
             subscriber.unregister()
         with self._turn:

@@ -15,7 +15,7 @@ from cuboid_mapping.srv import SetBoxRequest
 
 # Begins the ids of objects that are boxes of the map.
 PREFIX = 'cuboid_'
-# Maximum number of voxels of an object.
+# Maximum number of voxels of the box around a shape.
 _MAX_VOXELS = 1e7
 
 

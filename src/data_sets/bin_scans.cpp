@@ -72,7 +72,7 @@ RowEvidence findEvidence(const std::string& bytes, const BinRow& row) {
   return evidence;
 }
 
-/// The row of a file: KITTI's, unless another one alone makes sense.
+/// The row of a file: KITTI's, unless another one makes much more sense.
 std::optional<BinRow> findRow(const std::string& bytes) {
   constexpr double kFarCalmer = 0.6;
   constexpr std::size_t kFewBytes = 1000;  ///< They tell nothing against KITTI's row.

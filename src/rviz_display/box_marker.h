@@ -15,7 +15,7 @@ namespace cuboid_mapping_rviz {
 /// Converts a point to a message.
 [[nodiscard]] geometry_msgs::Point toPoint(const Ogre::Vector3& vector);
 
-/// A box that the user moves by interactive markers: an arrow moves each side, and the box itself moves as a
+/// A box that the user moves by interactive markers: a ball moves each side, and the box itself moves as a
 /// whole. Its markers are on the topic kTopic + "/update".
 ///
 /// Thread rule: that of rviz, all calls and callbacks in its main thread.

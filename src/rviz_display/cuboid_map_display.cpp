@@ -132,7 +132,7 @@ void CuboidMapDisplay::addColorProperties() {
       "Far away, cells of 2, 4 or 8 voxels replace cuboids, if they are no larger "
       "than this, in pixels. While the view moves, and frames take more than "
       "50 ms, they may be twice as large. 0: always cuboids. Needs Color by Height "
-      "or Class.",
+      "or Class, and Changed in last 0.",
       this);
   detail_property_->setMin(0.0F);
 }

@@ -72,7 +72,8 @@ struct FaceMesh {
   std::vector<FaceVertex> vertices;
   /// The faces of each level; a level that would save too little repeats the finer one.
   std::array<Part, kNumDetailLevels> levels;
-  std::size_t num_cuboids = 0;  ///< Number of cuboids of the class, with hidden ones.
+  /// Number of cuboids of the class, with hidden ones; of a slice only those that it cuts.
+  std::size_t num_cuboids = 0;
   /// Bounds of the faces of all levels, in cells relative to the chunk.
   cuboid_mapping::CellBox bounds;
 

@@ -11,7 +11,7 @@
 /// the south-west corner of the building, on the ground; x east, y north.
 namespace cuboid_mapping::site {
 
-/// Thickness of all walls; corridor walls are at these y, with the doorways of the rooms.
+/// Thickness of all walls.
 inline constexpr double kWallThickness_m = 0.2;
 inline constexpr double kCeiling_m = 2.8;
 inline constexpr double kDoorHeight_m = 2.1;

@@ -32,7 +32,7 @@ ClosedPath makeRobotPath() {
                   1.0);
 }
 
-/// Path around the tree on the robot's path through the yard.
+/// Path around the tree that the robot drives round.
 ClosedPath makeWalkerPath() {
   return makePath({{25.0, 4.5}, {28.0, 4.5}, {28.0, 8.0}, {25.0, 8.0}}, 0.5);
 }

@@ -55,7 +55,7 @@ struct Solid {
 ///     |      | B   |         |            :
 ///     +------+-----+---------+ ............
 ///
-/// The places of the furniture, the cars and crates, and the walker's place at time 0 vary with
+/// The places of the furniture, the car and the crates, and the walker's place at time 0 vary with
 /// the seed. The ground is at z = 0.03 m and all walls are 0.03 m off the multiples of 0.1 m, so
 /// that faces lie inside the voxels of the usual resolutions instead of on their borders.
 /// Times are in seconds from the start of the simulation, any number >= 0. Thread-safe: const.

@@ -49,10 +49,10 @@ struct ChosenSources {
 /// Sets the topics of the bags as sources of the parameters.
 ///
 /// Cases:
-///   - a list of sources: these, each of which must be in the bags;
+///   - a list of sources: these, of which one at least must be in the bags;
 ///   - given topics: each is a source of its type, with the same parameters;
 ///   - no topics: all clouds that are not in the frame of the map, else all planar scans, else all depth images
-///     with camera_info; with `is_type_set`, all of the parameters' type.
+///     with camera_info, else all clouds; with `is_type_set`, all of the parameters' type.
 /// With the type of depth images, images that are given, or the only ones, are taken as such, whatever their encoding.
 ///
 /// @throws std::runtime_error  if a given topic is missing or has another type, or no topic is left; the text

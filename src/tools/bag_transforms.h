@@ -29,7 +29,7 @@ class BagTransforms {
   /// Reads all transforms. @param topic  The topic of /tf, or its namespace, such as "/robot1"; empty: /tf, or
   /// the only other one.
   /// @param added  Static transforms such as "map base x y z yaw pitch roll". @throws std::runtime_error for an invalid
-  /// one.
+  /// one, or if the bags have no transforms on `topic`.
   void read(BagFiles& bags, const BagTopics& topics, const std::string& topic,
             const std::vector<std::string>& added);
 

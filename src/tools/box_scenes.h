@@ -32,7 +32,7 @@ struct BoxScene {
   std::vector<MetricBox> boxes;  ///< Boxes, finite.
 };
 
-/// The content of a file. Boxes are called box_0, box_1, ...; numbers have 12 digits.
+/// The content of a file. Boxes are called box_0, box_1, ..., but for .urdf; numbers have 12 digits.
 [[nodiscard]] std::string toSceneText(const BoxScene& scene, SceneFormat format);
 
 }  // namespace cuboid_mapping

@@ -178,16 +178,16 @@ int run(int argc, char** argv) {
   line.addNumber("resolution", options.resolution_m, "edge of a voxel in metres, for .pcd",
                  {1e-3, 1e2});
   line.addNumber("sensor_model/min", options.model.alpha_min,
-                 "lowest probability, for maps from OctoMap", {0.001, 0.499});
+                 "lowest probability, for maps from OctoMap and .pcd", {0.001, 0.499});
   line.addNumber("sensor_model/max", options.model.alpha_max,
-                 "highest probability, for maps from OctoMap", {0.501, 0.999});
+                 "highest probability, for maps from OctoMap and .pcd", {0.501, 0.999});
   line.addPoint("min", options.min_m, "least x, y and z of the part, in metres");
   line.addPoint("max", options.max_m, "greatest x, y and z of the part, in metres");
   line.addFlag("joined", options.boxes.are_joined,
                ".csv: cuboids joined across bricks, walls as walls");
   line.addNumber("boxes", options.boxes.max_boxes,
                  "maximum number of boxes, which cover all occupied space and add little volume; "
-                 "without it, all joined cuboids",
+                 "without it, all joined cuboids, or in a .csv without --joined those of the map",
                  {1, 1e6});
   line.addTexts("keep-free", options.boxes.keep_free,
                 "with --boxes: a box that must stay free, such as the robot: 'min_x min_y min_z "

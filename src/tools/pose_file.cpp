@@ -14,7 +14,7 @@
 namespace cuboid_mapping {
 namespace {
 
-/// Bound of stamps: 292 years. Greater ones count milli-, micro- or nanoseconds, ...
+/// Bound of stamps: 285 years. Greater ones count milli-, micro- or nanoseconds, ...
 constexpr double kMaxStamp_s = 9e9;
 /// ... if they are dates then, after 2001: no other unit would make sense.
 constexpr double kLeastDate_s = 1e9;
@@ -71,8 +71,7 @@ std::optional<StampedPose> toPose(const std::vector<std::string>& words, bool ha
   }
   if (has_w_first) std::rotate(numbers.begin() + 3, numbers.begin() + 4, numbers.end());
   const Eigen::Quaterniond rotation(numbers[6], numbers[3], numbers[4], numbers[5]);
-  if (std::abs(rotation.norm() - 1.0) > 0.1)
-    return std::nullopt;  // It was written with few digits.
+  if (std::abs(rotation.norm() - 1.0) > 0.1) return std::nullopt;  // Few digits pass.
   StampedPose pose{*stamp_ns, Eigen::Isometry3d::Identity()};
   pose.T_map_body.translation() = Eigen::Vector3d(numbers[0], numbers[1], numbers[2]);
   pose.T_map_body.linear() = rotation.normalized().toRotationMatrix();

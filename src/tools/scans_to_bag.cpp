@@ -90,8 +90,10 @@ int run(int argc, char** argv) {
   cuboid_mapping::CommandLine line(
       "scans_to_bag",
       "Converts a data set of scans to a rosbag with sensor_msgs/PointCloud2 and tf.");
-  line.addArgument("dataset", options.dataset,
-                   "a folder with poses.txt and scans/NNNN.pcd, or an OctoMap .graph file");
+  line.addArgument(
+      "dataset", options.dataset,
+      "a folder with poses.txt and scans/NNNN.pcd or .bin files, one with pcd/*.pcd, or an OctoMap "
+      ".graph file");
   line.addArgument("bag", options.bag, "rosbag to write; an existing file is replaced");
   line.addNumber("rate", options.rate_hz, "clouds per second of bag time", {0.001, 1000.0});
   line.addText("topic", options.names.topic, "topic of the clouds");

@@ -3,7 +3,7 @@
 
     mapper = cuboid_map.Mapper(resolution=0.1, max_range=30)
     mapper.integrate(points, pose)              # (n, 3) in the sensor's frame, (4, 4)
-    mapper.classify([(1, 0, 0.5)])              # array([Occupancy.FREE])
+    mapper.classify([(1, 0, 0.5)])              # array([1], dtype=uint8): FREE
     mapper.cuboids(classes='occupied').boxes    # (n, 6), metres
 
 `Mapper` makes a map from scans, `MapFollower` follows the map of another process; both are a `Map`, which has the

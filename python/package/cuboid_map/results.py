@@ -33,7 +33,7 @@ class IntegratedScan(typing.NamedTuple):
     """Counts of the points of a scan, no-returns included."""
     num_points: int        # Beams that took part.
     num_out_of_range: int  # Points left out: not finite, or outside the grid.
-    num_too_far: int       # Points left out: more than 65,535 voxels away.
+    num_too_far: int       # Points left out: more than 65,535 voxels away along an axis.
 
 
 class Boxes(typing.NamedTuple):
@@ -56,7 +56,7 @@ class Rays(typing.NamedTuple):
     """Ends of n rays; lengths in metres."""
     end: np.ndarray             # (n,) uint8, RayEnd.
     distance: np.ndarray        # (n,) float64, from the origin to the point.
-    point: np.ndarray           # (n, 3) float64, on the face of the hit voxel.
+    point: np.ndarray           # (n, 3) float64, on the face of the hit voxel; for MAX_RANGE the end of the ray.
     first_unknown: np.ndarray   # (n,) float64, start of the first unknown space; inf: none.
     unknown_length: np.ndarray  # (n,) float64, length of the ray in unknown space.
 
@@ -108,13 +108,13 @@ class Nearest(typing.NamedTuple):
 
 
 class Corridor(typing.NamedTuple):
-    """A corridor for a robot; arrays are empty unless `end` is FOUND."""
+    """A corridor for a robot; boxes, portals and path are empty unless `end` is FOUND."""
     end: CorridorEnd
     boxes: np.ndarray    # (b, 6) float64, metres: boxes without obstacles, as large as possible, from start to goal.
     portals: np.ndarray  # (b - 1, 3) float64, metres: centres of the overlaps of successive boxes.
     path: np.ndarray     # (p, 3) float64, metres: the robot's centre from start to goal.
     length: float        # Length of the path, metres.
-    num_visited: int     # Boxes that the search has visited.
+    num_visited: int     # Boxes that the search has made.
     start_distance: float  # Length of the first segment of the path if it leads out of obstacles, metres; else 0.
     goal_distance: float   # Distance from the goal to the end of the path, metres.
     point: np.ndarray      # (3,) float64: centre of a voxel that the robot touches at the start, else at the goal; NaN: none.
@@ -122,7 +122,7 @@ class Corridor(typing.NamedTuple):
 
 class BoxCover(typing.NamedTuple):
     """Boxes that cover all occupied voxels; volumes in cubic metres, each voxel counted once."""
-    boxes: np.ndarray       # (n, 6) float64, metres: min x, y, z, max x, y, z; the largest first.
+    boxes: np.ndarray       # (n, 6) float64, metres: min x, y, z, max x, y, z; the largest first, unless `previous` is given.
     occupied_volume: float  # Volume of the occupied voxels in the boxes.
     added_volume: float     # Volume of all other voxels in the boxes.
     left_out_volume: float  # Volume of occupied voxels inside keep_free.

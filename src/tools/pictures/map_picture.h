@@ -57,7 +57,7 @@ struct PictureSize {
 enum class PictureColors : unsigned char {
   kHeight,       ///< Blue to red by height.
   kProbability,  ///< Mean of the cuboid: green at 0 to dark red at 1.
-  /// Sum of the cuboid's edges: violet (one voxel) to red (8 x 8 x 8; for joined ones the largest, on a
+  /// Sum of the cuboid's edges: cyan (one voxel) to red (8 x 8 x 8; for joined ones the largest, on a
   /// logarithmic scale).
   kSize,
   kClass  ///< One colour for all.
@@ -94,10 +94,9 @@ struct PictureStyle {
 /// Colour from blue at 0 over green to red at 1; values outside count as the nearest one. Each 0 to 1.
 [[nodiscard]] Eigen::Vector3d heightColor(double ratio);
 
-/// Each ray shows the first occupied voxel on its ray, coloured by PictureStyle and shaded by the face in view;
+/// Each ray shows the first occupied voxel on it, coloured by PictureStyle and shaded by the face in view;
 /// without one, kFreeColor if any voxel on the ray is free, else kUnknownColor. From above, a ray that meets no
 /// occupied voxel is widened to the pixel, so that thin walls stay visible.
-/// @pre the map is fused, for colours of cuboids, which are looked up for each pixel.
 /// @complexity O(rays * voxels and bricks passed).
 /// @param threads  >= 1; the picture does not depend on it. @param listener  Reports rows.
 [[nodiscard]] Picture renderMap(const CuboidMap& map, const Camera& camera,
