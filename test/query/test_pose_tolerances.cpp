@@ -105,6 +105,19 @@ TEST(PoseTolerances, ABaseLeavesAWallThatItTouches) {
   EXPECT_EQ(endOf(findPoses(rooms, task)), "start") << "in the middle of the wall";
 }
 
+TEST(PoseTolerances, ABaseThatStaysAtItsHeightTakesAGoalNearlyAVoxelHigher) {
+  PosePathTask task = betweenTheRooms();
+  task.goal_map.translation().z() = 0.6;  // 0.6 - 0.5 < 0.1 in float64.
+  const CuboidMap rooms = roomsOfDecimetres(6);
+  const auto found = findPoses(rooms, task);
+  ASSERT_EQ(endOf(found), "found");
+  EXPECT_TRUE(found->T_map_body.back().isApprox(task.goal_map));
+  task.goal_map.translation().x() = 2.1;
+  EXPECT_EQ(endOf(findPoses(rooms, task)), "goal");
+  task.goal_tolerance_m = 0.5;
+  EXPECT_EQ(endOf(findPoses(rooms, task)), "found");
+}
+
 TEST(PoseTolerances, WaysOutHoldInTheMapAsItIsInTheEndWhenOthersChangeIt) {
   CuboidMap flat = roomsOfDecimetres(6);
   flat.replace({{0, 0, 0}, {12, 20, 10}}, std::vector<UniformBox>());

@@ -54,11 +54,11 @@ void PoseLattice::findNeighbors(const LatticePose& at, std::vector<LatticePose>&
 
 std::vector<LatticePose> PoseLattice::findAround(const Eigen::Isometry3d& pose) const {
   const Eigen::Vector3d position = pose.translation();
+  const double plane = has_planes_ ? (position.z() - height_m_) / edge_m_ : 0.0;
   std::vector<LatticePose> around;
   for (const std::int32_t x : wholesAround(position.x() / edge_m_ - 0.5)) {
     for (const std::int32_t y : wholesAround(position.y() / edge_m_ - 0.5)) {
-      for (const std::int32_t z : wholesAround((position.z() - height_m_) / edge_m_)) {
-        if (z != 0 && !has_planes_) continue;
+      for (const std::int32_t z : wholesAround(plane)) {
         for (const std::int32_t heading : wholesAround(headingOf(pose) / kTurn)) {
           around.push_back({{x, y, z}, toHeading(heading)});
         }

@@ -41,7 +41,7 @@ class PoseLattice {
   [[nodiscard]] Eigen::Isometry3d pose(const LatticePose& at) const;
   /// The poses one step away.
   void findNeighbors(const LatticePose& at, std::vector<LatticePose>& neighbors) const;
-  /// The poses less than one step away on each axis and in heading.
+  /// The poses less than one step away on each axis and in heading; without other planes, at any height.
   [[nodiscard]] std::vector<LatticePose> findAround(const Eigen::Isometry3d& pose) const;
 
  private:
