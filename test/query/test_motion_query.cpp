@@ -190,6 +190,16 @@ TEST(MotionQuery, SaysWhatIsWrong) {
       checkMotion(hall, bar, {here}, UnknownPolicy::kFree, Budget::unlimited()).isNotFound());
 }
 
+TEST(MotionQuery, TakesTurnsWithOthers) {
+  int num_turns = 0;
+  Budget budget(QueryLimits{}, {[&num_turns] { ++num_turns; }, 0.0});
+  EXPECT_TRUE(checkMotion(makeHall(), boxBody({0.5, 0.5, 0.5}),
+                          {yawed({0, 0, 0}, 0.0), yawed({1e4, 0, 0}, 1.0)}, UnknownPolicy::kFree,
+                          budget)
+                  .isNotFound());
+  EXPECT_GT(num_turns, 10);
+}
+
 TEST(MotionQuery, EndsWithItsBudget) {
   const CuboidMap hall = makeHall();
   QueryLimits limits;

@@ -30,7 +30,7 @@ class MotionHalving {
 
  private:
   std::optional<FirstContact> find(double from, double to) {
-    if (!probe_.budget().spend()) return std::nullopt;
+    if (!probe_.budget().spendAndUnlock()) return std::nullopt;
     const double middle = 0.5 * (from + to);
     const double half = 0.5 * (to - from);
     const Eigen::Isometry3d T_map_body = motion_.at(middle);
