@@ -6,6 +6,7 @@
 #include "cuboid_mapping/query/corridor_query.h"
 #include "cuboid_mapping/query/cuboid_query.h"
 #include "cuboid_mapping/query/fit_query.h"
+#include "cuboid_mapping/query/frontier_query.h"
 #include "cuboid_mapping/query/nearest_query.h"
 #include "cuboid_mapping/query/path_query.h"
 #include "cuboid_mapping/query/pose_path.h"
@@ -186,6 +187,17 @@ TEST(QueriesWithABudget, giveNoAnswerThatWasCutForAWholeOne) {
   const BoxQueryResult& box = spent.value;
   EXPECT_EQ(box.occupancy(), Occupancy::kUnknown) << "what was not looked at is not free";
   EXPECT_EQ(box.unknown_volume_m3, 64000.0);
+}
+
+TEST(QueriesWithABudget, spendItWhileTheyReadNotBefore) {
+  const CuboidMap map = makeMap();
+  const std::uint64_t num_bricks = map.voxels().size();
+  Budget half(QueryLimits{kForever_s, num_bricks / 2});
+  const auto box = queryCells(map, kRoom, half);
+  EXPECT_EQ(box.status, AnswerStatus::kBudgetSpent);
+  EXPECT_LT(box->unknown_volume_m3, 64000.0);
+  Budget marks(QueryLimits{kForever_s, 7 * num_bricks});
+  EXPECT_EQ(findFrontiers(map, {}, marks).status, AnswerStatus::kBudgetSpent) << "clusters cost";
 }
 
 TEST(QueriesWithABudget, countTheEntriesOfTheirAnswers) {

@@ -15,19 +15,21 @@
 namespace cuboid_mapping {
 
 /// Calls visit(float log_odds, int num_voxels) for the known voxels of a box: for each log-odds in each brick,
-/// the number of its voxels in the box. @return false: the budget does not suffice, and nothing was visited.
+/// the number of its voxels in the box. @return false: the budget is spent, and some were not visited.
 /// @complexity O(bricks of the box, or all known bricks if these are fewer).
 template <typename VisitorT>
 bool visitValues(const CuboidMap& map, const CellBox& box, Budget& budget, VisitorT visit) {
   if (box.isEmpty()) return true;
-  if (!budget.spend(map.voxels().maxBricksIn(box))) return false;
+  bool is_complete = true;
   map.voxels().forEachIn(box, [&](const VoxelBrick& brick) {
+    is_complete = is_complete && budget.spend();
+    if (!is_complete) return;
     const BrickMask part = BrickMask::ofBox(intersect(box, brickBox(brick.brick)));
     brick.voxels.forEachValue([&](float log_odds, const BrickMask& voxels) {
       if (const int count = (voxels & part).count(); count > 0) visit(log_odds, count);
     });
   });
-  return true;
+  return is_complete;
 }
 
 /// Mean probability of the known voxels of a box, of a cuboid for instance; kNotFound when none is known.

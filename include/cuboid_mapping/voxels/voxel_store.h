@@ -67,7 +67,7 @@ class VoxelStore {
   /// Copies of these bricks, along the Morton curve. @complexity As forEachIn(), and O(n log n) for n bricks.
   [[nodiscard]] std::vector<VoxelBrick> copyIn(const CellBox& box) const;
 
-  /// Maximum number of bricks that forEachIn() visits: the cost of the call for a Budget. 0 for an empty box.
+  /// Maximum number of bricks that forEachIn() visits. 0 for an empty box.
   [[nodiscard]] std::uint64_t maxBricksIn(const CellBox& box) const;
 
   /// Number of bricks with a known voxel.
@@ -100,7 +100,7 @@ class VoxelStore {
 
     /// All examined bricks, changed or not: internal.
     std::vector<PendingBrick> bricks;
-    std::vector<std::uint32_t> changed;  ///< Numbers of the bricks that change.
+    std::vector<std::uint32_t> changed;  ///< Indices in `bricks` of those that change.
     std::size_t num_new = 0;             ///< Bricks that the store does not have yet.
     std::size_t num_gone = 0;            ///< Bricks that it will not have any more.
   };

@@ -61,13 +61,21 @@ std::vector<CellBox> inOrderOf(const std::vector<CellBox>& previous, std::vector
   return ordered;
 }
 
-/// A copy of the voxels of a region, which others do not change during the search.
-CuboidMap copyOf(const CuboidMap& map, const CellBox& region) {
+/// A copy of the voxels of a region, which others do not change during the search; of some if the budget is spent.
+CuboidMap copyOf(const CuboidMap& map, const CellBox& region, Budget& budget) {
+  constexpr std::size_t kAtOnce = 4096;
   MapConfig config = map.config();
   config.fusion = FusionKind::kClass;
   config.fuse = FusionTime::kWhenRead;
   CuboidMap copy(config);
-  copy.replace(kAllCells, map.voxels().copyIn(region));
+  std::vector<VoxelBrick> bricks;
+  const auto put = [&] { copy.replace(std::exchange(bricks, {})); };
+  map.voxels().forEachIn(region, [&](const VoxelBrick& brick) {
+    if (!budget.spend()) return;
+    bricks.push_back(brick);
+    if (bricks.size() == kAtOnce) put();
+  });
+  put();
   return copy;
 }
 
@@ -217,8 +225,8 @@ Answer<BoxCover> coverOccupied(const CuboidMap& map, const CoverTask& task, Budg
         "max_boxes must be > 0, the region not empty, and the edges of keep_passages finite and > "
         "0, or all 0");
   }
-  if (!budget.spend(map.voxels().maxBricksIn(task.region))) return AnswerStatus::kBudgetSpent;
-  const CuboidMap still = copyOf(map, task.region);
+  const CuboidMap still = copyOf(map, task.region, budget);
+  if (budget.isSpent()) return AnswerStatus::kBudgetSpent;
   std::vector<CellBox> occupied;
   const auto joined = joinCuboids(still, task.region, CuboidFilter::kOccupied, budget);
   for (const Cuboid& cuboid : joined.value) occupied.push_back(cuboid.box);

@@ -20,14 +20,14 @@ Occupancy BoxQueryResult::occupancy() const {
 Answer<BoxQueryResult> queryCells(const CuboidMap& map, const CellBox& box, Budget& budget) {
   double free_voxels = 0.0;
   double occupied_voxels = 0.0;
-  const bool is_complete = budget.spend(map.voxels().maxBricksIn(box));
-  if (is_complete) {
-    map.voxels().forEachIn(box, [&](const VoxelBrick& brick) {
-      const BrickMask part = BrickMask::ofBox(intersect(box, brickBox(brick.brick)));
-      free_voxels += (brick.voxels.free() & part).count();
-      occupied_voxels += (brick.voxels.occupied() & part).count();
-    });
-  }
+  bool is_complete = true;
+  map.voxels().forEachIn(box, [&](const VoxelBrick& brick) {
+    is_complete = is_complete && budget.spend();
+    if (!is_complete) return;
+    const BrickMask part = BrickMask::ofBox(intersect(box, brickBox(brick.brick)));
+    free_voxels += (brick.voxels.free() & part).count();
+    occupied_voxels += (brick.voxels.occupied() & part).count();
+  });
   const double voxel_m3 = map.grid().voxelVolume();
   const double unknown_voxels = box.numVoxels() - free_voxels - occupied_voxels;
   const BoxQueryResult result{box, free_voxels * voxel_m3, occupied_voxels * voxel_m3,

@@ -47,6 +47,7 @@ Answer<FreeGraph> buildFreeGraph(const CuboidMap& map, const CellBox& region, co
   if (free.isNotFound()) return AnswerStatus::kNotFound;
   FreeGraph graph;
   graph.cuboids = std::move(free.value);
+  if (budget.isSpent()) return {AnswerStatus::kBudgetSpent, std::move(graph)};
   std::unordered_map<Cell, std::uint32_t, CellHash> numbers;
   for (const Cuboid& cuboid : graph.cuboids) {
     numbers.emplace(cuboid.box.min, static_cast<std::uint32_t>(numbers.size()));
