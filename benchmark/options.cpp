@@ -42,7 +42,7 @@ void addMapOptions(CommandLine& line, Options& options, RawOptions& raw) {
                "environment of the map; static maps differ from OctoMap, which has no such option",
                {toString(Environment::kDynamic), toString(Environment::kStatic)});
   line.addNumber("branching", map.rtree.max_branches, "M of the R-tree",
-                 {2, RTreeConfig::kMaxBranchesLimit});
+                 {4, RTreeConfig::kMaxBranchesLimit});
 }
 
 std::string namesOfBuilt() {
@@ -128,7 +128,7 @@ std::optional<int> parseOptions(int argc, char** argv, Options& options) {
   }
   options.insertion.map.fusion = *parseFusionKind(raw.fusion);
   RTreeConfig& rtree = options.insertion.map.rtree;
-  rtree.min_branches = std::max(1, rtree.max_branches * 3 / 8);
+  rtree.min_branches = std::max(2, rtree.max_branches * 3 / 8);
   return std::nullopt;
 }
 

@@ -70,7 +70,7 @@ std::optional<int> parseOptions(int argc, char** argv, EvaluationOptions& option
                "folder for figures and plots; existing runs in it are used again");
   line.addList("resolutions", options.resolutions_m, "edges of a voxel [m]", {0.001, 1000.0});
   line.addList("branching", options.branchings, "M of the R-tree",
-               {2, RTreeConfig::kMaxBranchesLimit});
+               {4, RTreeConfig::kMaxBranchesLimit});
   line.addNumber("reference", options.reference_m,
                  "resolution at which strategies and rotations are compared [m]", {0.001, 1000.0});
   std::string runs = "all";

@@ -102,7 +102,7 @@ RunSpec paperRun(double resolution_m, int max_branches) {
   RunSpec spec;
   spec.map.resolution_m = resolution_m;
   spec.map.fusion = FusionKind::kGrowth;
-  spec.map.rtree = {max_branches, std::max(1, max_branches * 3 / 8)};
+  spec.map.rtree = {max_branches, std::max(2, max_branches * 3 / 8)};
   return spec;
 }
 

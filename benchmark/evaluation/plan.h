@@ -23,7 +23,7 @@ struct EvaluationOptions {
   std::vector<std::string> datasets;
   std::string folder = "evaluation";  ///< Gets a folder for each data set.
   std::vector<double> resolutions_m{0.1, 0.2, 0.4, 0.6, 0.8, 1.0};
-  std::vector<int> branchings{2, 4, 8, 16, 32, 64};
+  std::vector<int> branchings{4, 8, 16, 32, 64};
   double reference_m = 0.2;  ///< Resolution of what is not swept over resolutions.
   std::vector<double> samples_per_m{0.0, 0.03, 0.1, 0.3, 1.0};  ///< Of kLetter, along beams.
   int num_drives = 3;  ///< Simulated, of the moving objects.

@@ -105,7 +105,7 @@ TEST(CuboidMapCanonical, isTheSameForEveryOrderOfTheTree) {
   for (const FusionKind fusion : {FusionKind::kClass, FusionKind::kGrowth, FusionKind::kNone}) {
     const auto expected = cuboidsAfter(configWith(fusion, {32, 12}), updates);
     ASSERT_GT(expected.size(), 100U);
-    for (const RTreeConfig& order : {RTreeConfig{2, 1}, RTreeConfig{4, 2}, RTreeConfig{8, 3},
+    for (const RTreeConfig& order : {RTreeConfig{4, 2}, RTreeConfig{5, 2}, RTreeConfig{8, 3},
                                      RTreeConfig{16, 6}, RTreeConfig{64, 8}, RTreeConfig{64, 32}}) {
       EXPECT_EQ(cuboidsAfter(configWith(fusion, order), updates), expected)
           << toString(fusion) << ", M = " << order.max_branches;

@@ -48,7 +48,7 @@ TEST(CheckConfig, takesTheBoundsOfTheRanges) {
     EXPECT_TRUE(checkConfig(config).empty());
     EXPECT_EQ(CuboidMap(config).config().resolution_m, resolution_m);
   }
-  config.rtree = {2, 1};
+  config.rtree = {4, 2};
   EXPECT_TRUE(checkConfig(config).empty());
 }
 
@@ -64,12 +64,12 @@ TEST(CheckConfig, findsEachBadField) {
   expectError("fusion", [](MapConfig& c) { c.fusion = static_cast<FusionKind>(7); });
   expectError("rtree.max_branches", [](MapConfig& c) { c.rtree.max_branches = 65; });
   expectError("rtree.min_branches", [](MapConfig& c) { c.rtree.min_branches = 17; });
-  expectError("rtree.min_branches", [](MapConfig& c) { c.rtree.min_branches = 0; });
-  expectError("rtree.min_branches", [](MapConfig& c) { c.rtree = {2, 2}; });
+  expectError("rtree.min_branches", [](MapConfig& c) { c.rtree.min_branches = 1; });
+  expectError("rtree.min_branches", [](MapConfig& c) { c.rtree = {4, 3}; });
   constexpr int kLimit = RTreeConfig::kMaxBranchesLimit;
   expectError("rtree.min_branches", [](MapConfig& c) { c.rtree = {kLimit, kLimit / 2 + 1}; });
   // A bad maximum number of branches is not reported as a bad minimum.
-  expectError("rtree.max_branches", [](MapConfig& c) { c.rtree = {1, 1}; });
+  expectError("rtree.max_branches", [](MapConfig& c) { c.rtree = {3, 2}; });
   expectError("rtree.max_branches", [](MapConfig& c) { c.rtree = {2 * kLimit, 2 * kLimit}; });
   expectError("threads", [](MapConfig& c) { c.threads = 0; });
   expectError("fuse", [](MapConfig& c) { c.fuse = static_cast<FusionTime>(7); });
@@ -83,8 +83,8 @@ TEST(CheckConfig, looksAtGrowthWhereItIsChosen) {
   config.growth.settle_clouds = -1;
   EXPECT_TRUE(checkConfig(config).empty());
   config.fusion = FusionKind::kGrowth;
-  const std::vector<std::string> expected = {"growth.sampling.per_m", "growth.alpha_min",
-                                             "growth.alpha_max", "growth.settle_clouds"};
+  const std::vector<std::string> expected = {"growth.sampling.per_m", "growth.settle_clouds",
+                                             "growth.alpha_min", "growth.alpha_max"};
   EXPECT_EQ(fieldsOf(checkConfig(config)), expected);
   config.growth = {};
   config.growth.settle_clouds = std::numeric_limits<int>::max();
@@ -110,7 +110,7 @@ TEST(CheckConfig, saysAllErrorsAtOnce) {
   } catch (const std::invalid_argument& error) {
     EXPECT_STREQ(error.what(),
                  "bad configuration: map.resolution_m is -0.1, but must be 0.001 to 100; "
-                 "map.rtree.max_branches is 200, but must be 2 to 64; "
+                 "map.rtree.max_branches is 200, but must be 4 to 64; "
                  "max_range_m is nan, but must be greater than 0 (infinity: no limit)");
   }
 }

@@ -339,7 +339,7 @@ INSTANTIATE_TEST_SUITE_P(
     AllConfigs, CuboidMapModel,
     testing::Combine(testing::Values(Environment::kDynamic, Environment::kStatic),
                      testing::Values(FusionKind::kClass, FusionKind::kGrowth, FusionKind::kNone),
-                     testing::Values(RTreeConfig{2, 1}, RTreeConfig{4, 2}, RTreeConfig{32, 12})),
+                     testing::Values(RTreeConfig{4, 2}, RTreeConfig{5, 2}, RTreeConfig{32, 12})),
     nameOf);
 
 }  // namespace

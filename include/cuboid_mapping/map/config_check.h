@@ -14,7 +14,7 @@ struct MapperConfig;
 /// One error in a configuration.
 struct ConfigError {
   std::string field;    ///< Name in C++, such as "rtree.max_branches".
-  std::string message;  ///< The value and its allowed range: "is 200, but must be 2 to 64".
+  std::string message;  ///< The value and its allowed range: "is 200, but must be 4 to 64".
 };
 
 /// All errors in a configuration, in the order of its fields; empty if there are none.

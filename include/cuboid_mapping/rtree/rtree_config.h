@@ -8,8 +8,8 @@ struct RTreeConfig {
   /// Greatest M: a set of branches is one word.
   static constexpr int kMaxBranchesLimit = 64;
 
-  int max_branches = 32;  ///< M: 2 to kMaxBranchesLimit.
-  int min_branches = 12;  ///< d: 1 to M / 2. The root may have fewer.
+  int max_branches = 32;  ///< M: 4 to kMaxBranchesLimit.
+  int min_branches = 12;  ///< d: 2 to M / 2. The root may have fewer.
 };
 
 }  // namespace cuboid_mapping

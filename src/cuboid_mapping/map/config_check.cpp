@@ -45,19 +45,19 @@ class Checker {
 void check(const GrowthConfig& growth, Checker& checker) {
   const double per_m = growth.sampling.per_m;
   checker.expect(per_m >= 0.0 && per_m <= 100.0, "growth.sampling.per_m", per_m, "0 to 100");
+  checker.expectWithin("growth.settle_clouds", growth.settle_clouds, 0,
+                       GrowthConfig::kMaxSettleClouds);
   checker.expectWithin("growth.alpha_min", growth.alpha_min.value_or(0.5), 1.0 - kMostOccupied,
                        0.5);
   checker.expectWithin("growth.alpha_max", growth.alpha_max.value_or(0.5), 0.5, kMostOccupied);
-  checker.expectWithin("growth.settle_clouds", growth.settle_clouds, 0,
-                       GrowthConfig::kMaxSettleClouds);
 }
 
 void check(const RTreeConfig& rtree, Checker& checker) {
   const bool is_max_good =
-      rtree.max_branches >= 2 && rtree.max_branches <= RTreeConfig::kMaxBranchesLimit;
-  checker.expectWithin("rtree.max_branches", rtree.max_branches, 2,
+      rtree.max_branches >= 4 && rtree.max_branches <= RTreeConfig::kMaxBranchesLimit;
+  checker.expectWithin("rtree.max_branches", rtree.max_branches, 4,
                        +RTreeConfig::kMaxBranchesLimit);
-  checker.expect(rtree.min_branches >= 1, "rtree.min_branches", rtree.min_branches, "at least 1");
+  checker.expect(rtree.min_branches >= 2, "rtree.min_branches", rtree.min_branches, "at least 2");
   checker.expect(!is_max_good || rtree.min_branches <= rtree.max_branches / 2, "rtree.min_branches",
                  rtree.min_branches,
                  "at most half of max_branches (" + std::to_string(rtree.max_branches) +

@@ -18,7 +18,8 @@ namespace cuboid_mapping {
 /// root. Const functions may run side by side; a change needs exclusive access.
 class InnerTree {
  public:
-  /// @pre 2 <= max_branches <= 64 and 1 <= min_branches <= max_branches / 2.
+  /// @pre 2 <= max_branches <= 64 and 1 <= min_branches <= max_branches / 2. With d = 1 the height has no bound: for small
+  /// trees only.
   explicit InnerTree(const RTreeConfig& config);
 
   /// Reserves memory for changes: this many insertions and removals of leaf nodes with numbers
@@ -82,7 +83,7 @@ class InnerTree {
   void shrinkRoot();
   [[nodiscard]] Branch summaryOf(NodeIndex index) const;
 
-  static constexpr std::size_t kMaxLevels = 33;  ///< For 2^32 leaf nodes, two branches a node.
+  static constexpr std::size_t kMaxLevels = 33;  ///< For 2^32 leaf nodes, d = 2.
 
   RTreeConfig config_;
   NodePool nodes_;

@@ -49,8 +49,8 @@ void NodePool::reserve(std::size_t num_nodes) {
     const std::size_t num_more = num_nodes - unused_.size();
     const std::size_t size = nodes_.size() + num_more;
     if (size > unused_.capacity()) unused_.reserve(std::max(size, nodes_.size() * 3 / 2));
-    // Nothing throws from here until the new indices are noted; release() needs no memory.
     nodes_.resize(size);
+    // Nothing throws until the new indices are noted; release() needs no memory.
     const auto first = static_cast<NodeIndex>(size - num_more);
     unused_.insert(unused_.begin(), num_more, first);
     std::iota(unused_.begin(), unused_.begin() + static_cast<std::ptrdiff_t>(num_more), first);

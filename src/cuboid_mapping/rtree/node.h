@@ -2,6 +2,7 @@
 #pragma once
 
 #include "cuboid_mapping/occupancy/cuboid.h"
+#include "cuboid_mapping/rtree/rtree_config.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -15,7 +16,7 @@ namespace cuboid_mapping {
 using SlotSet = std::uint64_t;
 
 /// Maximum number of slots of a node.
-constexpr int kMaxSlots = 64;
+constexpr int kMaxSlots = RTreeConfig::kMaxBranchesLimit;
 
 /// Number of slots for one step of a loop over a node's arrays, whatever the number of branches, so
 /// that the compiler turns each step into SIMD instructions; the arrays are padded to multiples.

@@ -38,7 +38,7 @@ class Group {
     members_.push(seed);
   }
 
-  /// Adds a branch, which was `rest[i]`; the last one of `rest` has moved there.
+  /// Adds a branch.
   void add(const Branch& branch) {
     members_.push(branch);
     box_ = unite(box_, branch.box);
@@ -49,6 +49,7 @@ class Group {
       expansions_[static_cast<std::size_t>(i)] = unite(box_, rest[i].box).numVoxels() - volume_;
     }
   }
+  /// Forgets branch i of `rest`; the last one takes its place.
   void dropExpansion(int i, int last) {
     expansions_[static_cast<std::size_t>(i)] = expansions_[static_cast<std::size_t>(last)];
   }
