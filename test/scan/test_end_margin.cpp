@@ -59,6 +59,16 @@ TEST(ScanUpdate, grazesAllOfABeamThatIsShorterThanTheEndMargin) {
   }
 }
 
+TEST(ScanUpdate, grazesTheVoxelOfAnOriginOnABorder) {
+  Scan scan = scanFromVoxelZero();
+  scan.origin.x() = 1.0F;
+  scan.points = {{-1.5F, 0.5F, 0.5F}};
+  ScanUpdater updater(Grid(1.0), BeamRanges{kNoLimit, 3.0});
+  const ScanUpdate& update = updater.compute(scan);
+  EXPECT_EQ(test::toObservedCells(update), (ObservedCells{{{-2, 0, 0}, true}}));
+  EXPECT_EQ(grazesOf(update), (std::set<Cell>{{1, 0, 0}, {0, 0, 0}, {-1, 0, 0}}));
+}
+
 TEST(ScanUpdate, grazesNothingWhereABeamHasNoReturnOrIsCut) {
   Scan scan = scanFromVoxelZero();
   scan.points = {{9.5F, 0.5F, 0.5F}};

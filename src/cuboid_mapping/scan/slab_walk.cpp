@@ -339,7 +339,10 @@ std::uint32_t markSlabs(RayBatch& rays, const Cell& base, BeamMarks& marks, int 
     std::uint32_t bits = toBits(mayBeOnBorder(rays, first)) << first & rays.taken;
     for (; bits != 0; bits &= bits - 1) {
       const auto ray = static_cast<std::size_t>(__builtin_ctz(bits));
-      if (!stepOffBorders(rays, ray, base, marks)) left &= ~(1U << ray);
+      const MarginSlabs margin = margins == nullptr ? MarginSlabs() : margins->slabs[ray];
+      const bool is_all_margin = margin.axis >= 0 && margin.first == rays.start[margin.axis][ray];
+      BeamMarks& first_marks = is_all_margin ? margins->grazes : marks;
+      if (!stepOffBorders(rays, ray, base, first_marks)) left &= ~(1U << ray);
     }
   }
   SlabBeams beams;
