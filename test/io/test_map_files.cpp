@@ -334,6 +334,12 @@ TEST(MapFiles, areRefusedWithTheNameOfTheFile) {
     return "none";
   };
   const std::string file = folder / "map.txt";
+  MapSnapshot far = makeSnapshot();
+  far.bricks = {{{1 << 16, 0, 0}, PackedVoxels(BrickMask::all(), 1.0F)}};
+  EXPECT_EQ(error_of([&] {
+              writeMapFile(folder / "far.ot", far);
+            }).rfind(folder / "far.ot" + std::string(" cannot hold"), 0),
+            0U);
   EXPECT_NE(error_of([&] { writeMapFile(file, {}); }).find(".cuboids, .sqlite, .ot, .bt"),
             std::string::npos);
   EXPECT_NE(error_of([&] { (void)readMapFile(file); }).find(file), std::string::npos);

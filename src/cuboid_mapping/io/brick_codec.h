@@ -12,7 +12,7 @@
 
 namespace cuboid_mapping {
 
-/// Minimum number of bytes of a brick: its place, its known voxels, and one log-odds or the occupied voxels.
+/// Minimum number of bytes of a brick: its place, its known voxels, and the index of one log-odds or the occupied voxels.
 constexpr std::size_t kLeastBrickBytes = 3 + sizeof(BrickMask) + 1;
 
 /// Appends bricks. @param has_values  false: only their classes. @param listener  Reports bricks.

@@ -52,7 +52,7 @@ std::vector<VoxelBrick> bricksOf(const std::vector<UniformBox>& boxes,
     if (num_bricks <= limit) return std::move(result.bricks);
   }
   fail(MapFileDefect::kTooBig, "it fills ", num_bricks, " bricks of 8 x 8 x 8 voxels, more than ",
-       limits.max_bricks);
+       static_cast<std::uint64_t>(limit));
 }
 
 }  // namespace cuboid_mapping

@@ -55,6 +55,16 @@ MapFile decode(const std::string& bytes, bool is_octree_expected, const SensorMo
   return {MapFormat::kNative, fromNativeFormat(bytes, limits), bytes.size()};
 }
 
+/// The result of work that does not know the file whose name its errors shall begin with.
+template <typename WorkT>
+auto withName(const std::string& file, const WorkT& work) {
+  try {
+    return work();
+  } catch (const MapFileError& error) {
+    throw MapFileError(error.defect(), file + " " + error.what());
+  }
+}
+
 void write(const std::string& file, const MapSnapshot& snapshot, MapFormat format,
            const ProgressListener& listener) {
   const auto write_points = [&](PointCloudFormat kind) {
@@ -62,13 +72,15 @@ void write(const std::string& file, const MapSnapshot& snapshot, MapFormat forma
       writePointCloud(partial, snapshot, kind, listener);
     });
   };
+  const auto write_octree = [&](OctreeKind kind) {
+    std::string bytes = withName(file, [&] { return toOctomapFile(snapshot, kind); });
+    replaceFile(file, std::move(bytes));
+  };
   switch (format) {
     case MapFormat::kNative: return replaceFile(file, toNativeFormat(snapshot, listener));
     case MapFormat::kStore: return writeStore(file, snapshot, listener);
-    case MapFormat::kOctomapFull:
-      return replaceFile(file, toOctomapFile(snapshot, OctreeKind::kFull));
-    case MapFormat::kOctomapBinary:
-      return replaceFile(file, toOctomapFile(snapshot, OctreeKind::kBinary));
+    case MapFormat::kOctomapFull: return write_octree(OctreeKind::kFull);
+    case MapFormat::kOctomapBinary: return write_octree(OctreeKind::kBinary);
     case MapFormat::kPcd: return write_points(PointCloudFormat::kPcd);
     case MapFormat::kPly: return write_points(PointCloudFormat::kPly);
     case MapFormat::kCsv: return replaceFile(file, toCsv(snapshot, listener));
@@ -111,11 +123,7 @@ MapFile readMapFile(const std::string& file, const SensorModelConfig& model,
   const std::string bytes = readFile(file, limits.max_bytes);
   const bool is_octree_expected =
       format == MapFormat::kOctomapFull || format == MapFormat::kOctomapBinary;
-  try {
-    return decode(bytes, is_octree_expected, model, limits);
-  } catch (const MapFileError& error) {
-    throw MapFileError(error.defect(), file + " " + error.what());
-  }
+  return withName(file, [&] { return decode(bytes, is_octree_expected, model, limits); });
 }
 
 std::size_t writeMapFile(const std::string& file, const MapSnapshot& snapshot,

@@ -22,7 +22,7 @@ constexpr std::string_view kSqliteMagic("SQLite format 3\0", 16);
 /// PRAGMA application_id of a store: "CUBO".
 constexpr std::int64_t kApplicationId = 0x4355424F;
 constexpr std::size_t kPageBricks = 512;
-/// A page takes 1.1 MB at most before it is compressed.
+/// A page takes less than 3 MB before it is compressed.
 constexpr SnapshotLimits kPageLimits{kPageBricks, std::uint64_t{1} << 22};
 
 std::string nameOf(const Cell& page) {

@@ -15,7 +15,7 @@ namespace {
 constexpr std::string_view kFullFirstLine = "# Octomap OcTree file";
 constexpr std::string_view kBinaryFirstLine = "# Octomap OcTree binary file";
 
-[[noreturn]] void failToRead(MapFileDefect defect, const std::string& text) {
+[[noreturn]] void fail(MapFileDefect defect, const std::string& text) {
   throw MapFileError(defect, text);
 }
 
@@ -31,8 +31,7 @@ struct OctreeHeader {
 std::string_view takeLine(std::string_view bytes, std::size_t& position) {
   const std::size_t end = bytes.find('\n', position);
   if (end == std::string_view::npos) {
-    failToRead(MapFileDefect::kTruncated,
-               "ends in its header: it was not copied or written completely");
+    fail(MapFileDefect::kTruncated, "ends in its header: it was not copied or written completely");
   }
   std::string_view line = bytes.substr(position, end - position);
   position = end + 1;
@@ -74,7 +73,7 @@ OctreeHeader readHeader(std::string_view bytes) {
     if (key == "res") header.resolution_m = parseNumber<double>(value);
   }
   if (header.id.empty() || !header.num_nodes || !header.resolution_m) {
-    failToRead(MapFileDefect::kCorrupted, "is damaged: id, size or res is missing in its header");
+    fail(MapFileDefect::kCorrupted, "is damaged: id, size or res is missing in its header");
   }
   return header;
 }
@@ -83,8 +82,8 @@ OctreeHeader readHeader(std::string_view bytes) {
 std::size_t extraBytesOf(const std::string& id) {
   if (id == "OcTree" || id == "OcTreeStamped") return 0;
   if (id == "ColorOcTree") return 3;
-  failToRead(MapFileDefect::kForeign, "holds an octree of type '" + id +
-                                          "': only OcTree, OcTreeStamped and ColorOcTree are read");
+  fail(MapFileDefect::kForeign,
+       "holds an octree of type '" + id + "': only OcTree, OcTreeStamped and ColorOcTree are read");
 }
 
 OctreeContent readNodes(const OctreeHeader& header, std::string_view nodes,
@@ -95,10 +94,10 @@ OctreeContent readNodes(const OctreeHeader& header, std::string_view nodes,
       header.is_binary ? nodes.size() * 4 + 1 : nodes.size() / (5 + extra_bytes);
   if (*header.num_nodes > most) {
     const bool is_plausible = *header.num_nodes <= std::uint64_t{1} << 32;
-    failToRead(is_plausible ? MapFileDefect::kTruncated : MapFileDefect::kTooBig,
-               "claims " + std::to_string(*header.num_nodes) + " nodes in " +
-                   counted(nodes.size(), "byte") +
-                   ": it was not copied or written completely, or is damaged");
+    fail(is_plausible ? MapFileDefect::kTruncated : MapFileDefect::kTooBig,
+         "claims " + std::to_string(*header.num_nodes) + " nodes in " +
+             counted(nodes.size(), "byte") +
+             ": it was not copied or written completely, or is damaged");
   }
   // A leaf takes less memory than a brick.
   const std::size_t max_nodes = 4 * limits.max_bricks;
@@ -116,10 +115,10 @@ bool isOctomapFile(std::string_view bytes) {
 std::string toOctomapFile(const MapSnapshot& snapshot, OctreeKind kind) {
   OctreeStream tree = toOctreeStream(snapshot.bricks, kind);
   if (tree.num_left_out > 0.0) {
-    failToRead(MapFileDefect::kTooBig,
-               "OctoMap's files reach 32768 voxels from the origin, and the map has " +
-                   counted(static_cast<std::uint64_t>(tree.num_left_out), "voxel") +
-                   " beyond: use the native format");
+    fail(MapFileDefect::kTooBig,
+         "cannot hold the map: OctoMap's files reach 32768 voxels from the origin, and it has " +
+             counted(static_cast<std::uint64_t>(tree.num_left_out), "voxel") +
+             " beyond: use the native format");
   }
   std::string file(kind == OctreeKind::kFull ? kFullFirstLine : kBinaryFirstLine);
   file += "\n# (feel free to add / change comments, but leave the first line as it is!)\n#\n";
@@ -132,7 +131,7 @@ std::string toOctomapFile(const MapSnapshot& snapshot, OctreeKind kind) {
 MapSnapshot fromOctomapFile(std::string_view bytes, const SensorModelConfig& model,
                             const SnapshotLimits& limits) {
   if (!isOctomapFile(bytes)) {
-    failToRead(MapFileDefect::kForeign, "is not an OctoMap file: its first line is not OctoMap's");
+    fail(MapFileDefect::kForeign, "is not an OctoMap file: its first line is not OctoMap's");
   }
   const OctreeHeader header = readHeader(bytes);
   MapSnapshot snapshot;
@@ -141,9 +140,9 @@ MapSnapshot fromOctomapFile(std::string_view bytes, const SensorModelConfig& mod
   const OctreeContent content =
       readNodes(header, bytes.substr(header.end), SensorModel(snapshot.sensor_model), limits);
   if (content.num_nodes != *header.num_nodes) {
-    failToRead(MapFileDefect::kCorrupted,
-               "is damaged: its header says " + std::to_string(*header.num_nodes) +
-                   " nodes, but has " + std::to_string(content.num_nodes));
+    fail(MapFileDefect::kCorrupted, "is damaged: its header says " +
+                                        std::to_string(*header.num_nodes) + " nodes, but has " +
+                                        std::to_string(content.num_nodes));
   }
   snapshot.bricks = bricksOf(content.leaves, limits);
   throwIfFaulty(snapshot, limits);

@@ -25,7 +25,7 @@ constexpr int kFast = 1;
 /// Bits on each axis of a number on a Morton curve.
 constexpr int kNumberBits = 21;
 /// Largest size of an item before compression.
-constexpr std::uint64_t kMaxItemBytes = 3 * sizeof(BrickMask) + 9;
+constexpr std::uint64_t kMaxItemBytes = 3 * sizeof(BrickMask) + 15;
 /// Size of the counts, and of the cell from which old formats number bricks.
 constexpr std::uint64_t kMaxFixedBytes = 64;
 

@@ -77,7 +77,7 @@ ChangeSet restoreSnapshot(MapSnapshot snapshot, CuboidMap& map) {
   if (snapshot.fusion == FusionKind::kGrowth || !snapshot.cuboids.empty()) {
     restored.setGrownCuboids(snapshot.cuboids);
   }
-  map.setLocked(snapshot.locked);  // Nothing throws from here on.
+  map.setLocked(snapshot.locked);  // Nothing throws after this.
   return map.exchange(restored);
 }
 
@@ -89,10 +89,12 @@ CuboidMap copyOf(const CuboidMap& map) {
 
 std::string findFault(const VoxelBrick& brick) {
   if (brick.brick != brickOf(brick.brick) || !kAllCells.contains(brick.brick)) {
-    return concat("brick ", brick.brick, " reaches beyond the limits of a map");
+    return concat("brick ", brick.brick,
+                  " is not at multiples of 8, or reaches beyond the limits of a map");
   }
-  return brick.voxels.isFinite() ? std::string()
-                                 : concat("brick ", brick.brick, " has infinite log-odds");
+  return brick.voxels.isFinite()
+             ? std::string()
+             : concat("brick ", brick.brick, " has log-odds that are not finite");
 }
 
 std::optional<SnapshotFault> findFault(const MapSnapshot& snapshot, const SnapshotLimits& limits) {
