@@ -336,7 +336,7 @@ GrowthChange GrowthFusion::prepareCuboids(const VoxelStore& voxels,
   return result;
 }
 
-/// No log-odds lie beyond the clamping thresholds, which are rounded.
+/// Clouds take no log-odds beyond the clamping thresholds, which are rounded.
 FusionThresholds GrowthFusion::thresholdsOf(const SensorModel& model) const {
   const auto log_odds = [](const std::optional<double>& probability, float otherwise) {
     return probability ? toLogOdds(*probability) : otherwise;
@@ -352,6 +352,7 @@ void GrowthFusion::reserve(const GrowthChange& change) {
 void GrowthFusion::commit(GrowthChange& change) noexcept {
   for (GrownBrick& after : change.bricks) {
     if (after.isEmpty()) {
+      if (GrownBrick* gone = bricks_.find(after.brick)) std::swap(*gone, after);
       bricks_.erase(after.brick);
     } else {
       std::swap(bricks_.findOrAdd(after.brick), after);
@@ -361,7 +362,9 @@ void GrowthFusion::commit(GrowthChange& change) noexcept {
   ++num_clouds_;
   if (config_.settle_clouds == 0) return;
   if (waiting_.size() == static_cast<std::size_t>(config_.settle_clouds)) {
-    waiting_.erase(waiting_.begin());
+    std::rotate(waiting_.begin(), waiting_.begin() + 1, waiting_.end());
+    waiting_.back().swap(change.with_held_voxels);
+    return;
   }
   waiting_.push_back(std::move(change.with_held_voxels));
 }

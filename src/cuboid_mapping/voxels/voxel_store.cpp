@@ -191,7 +191,9 @@ void VoxelStore::commit(PendingBrick& brick) noexcept {
   num_free_ += brick.free;
   num_occupied_ += brick.occupied;
   if (brick.is_gone) {
-    std::swap(bricks_->item(brick.index).voxels, brick.voxels);
+    Brick& gone = bricks_->item(brick.index);
+    std::swap(gone.voxels, brick.voxels);
+    gone.cuboids.swap(brick.cuboids);
     bricks_->erase(brick.brick);
     return;
   }
