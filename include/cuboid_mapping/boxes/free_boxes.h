@@ -38,6 +38,7 @@ struct FreeBoxes {
 /// Cases:
 ///   - nothing is free: kNotFound;
 ///   - fewer boxes hold all free voxels: these;
+///   - the budget is spent: kBudgetSpent, without boxes;
 ///   - max_boxes is 0, or the region is empty: kInvalid.
 ///
 /// @param budget  Entries are boxes.

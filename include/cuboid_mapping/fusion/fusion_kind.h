@@ -15,7 +15,7 @@ enum class FusionKind : unsigned char {
 
 /// Time at which FusionKind::kClass divides a brick whose classes have changed. The cuboids are the same.
 enum class FusionTime : unsigned char {
-  kEveryCloud,  ///< With each change, by all threads (the paper).
+  kEveryCloud,  ///< With each cloud, by all threads (the paper); after an edit, when read.
   kWhenRead,    ///< At the first read of its cuboids: for programs that read at the end.
 };
 

@@ -19,7 +19,8 @@ struct GrowthConfig {
   static constexpr int kMaxSettleClouds = 1'000'000;
   int settle_clouds = 10;
   ///@}
-  /// Probabilities beyond which voxels may fuse (paper, conditions (7) and (8)): alpha_min <= 0.5 <= alpha_max. Nothing:
+  /// Probabilities beyond which voxels may fuse (paper, conditions (7) and (8)): alpha_min 0.0005 to 0.5, alpha_max 0.5
+  /// to 0.9995. Nothing:
   /// the clamping thresholds, also where these are nearer to 0.5. With 0.5 and 0.5 all voxels of a class may fuse.
   ///@{
   std::optional<double> alpha_min;

@@ -20,7 +20,7 @@ struct MetricBox {
   return {static_cast<double>(cell.x), static_cast<double>(cell.y), static_cast<double>(cell.z)};
 }
 
-/// The one place that rounds between metres (map frame) and cells.
+/// Rounds between metres (map frame) and cells; computeRays() and CloudFaces repeat toCell() in vectors.
 ///
 /// A cell is floor(coordinate * (1 / resolution)), as in octomap::OcTreeBaseImpl::coordToKey.
 /// Cells reach from -kMaxCell to kMaxCell - 1: 53,687 km each way at 0.05 m. Thread-safe: const.

@@ -53,7 +53,7 @@ enum class OutsidePoses : unsigned char {
   kStay     ///< They keep their poses.
 };
 
-/// Distance from the body at which motions are compared with the tolerance.
+/// Distance from the body at which bounds of motions are compared with the tolerance.
 constexpr double kShiftDistance_m = 10.0;
 
 /// Rule by which new poses move clouds and edits.
@@ -138,7 +138,7 @@ class MapHistory {
   /// Current amounts.
   [[nodiscard]] HistoryFigures figures() const;
 
-  /// Largest motion of a point at this distance from the body, over the clouds within the new poses; 0 without
+  /// Upper bound of the motion of a point at this distance from the body, over the clouds within the new poses; 0 without
   /// any. @throws std::invalid_argument  The distance is not >= 0.
   [[nodiscard]] double findShift_m(const PoseTrack& poses, double distance_m) const;
 

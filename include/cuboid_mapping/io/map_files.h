@@ -16,7 +16,7 @@ namespace cuboid_mapping {
 
 /// Formats of maps.
 enum class MapFormat : unsigned char {
-  kNative,         ///< .cuboids: voxels and locks.
+  kNative,         ///< .cuboids: voxels, locks and fused cuboids.
   kStore,          ///< .sqlite: voxels and progress, page by page; see map_store.h.
   kOctomapFull,    ///< .ot: voxels with log-odds.
   kOctomapBinary,  ///< .bt: voxels with classes.
@@ -41,10 +41,10 @@ struct MapFile {
   std::size_t num_bytes = 0;              ///< Size of the file.
 };
 
-/// Reads a map. The first bytes decide the format, not the name.
+/// Reads a map. The first bytes decide the format, not the name; only a file named .sqlite must be a store.
 ///
 /// @param model  Sensor model for OctoMap files, which have none. @param limits  For files of others.
-/// @throws MapFileError whose text begins with the name of the file. See the readers of the formats.
+/// @throws MapFileError whose text names the file. See the readers of the formats.
 [[nodiscard]] MapFile readMapFile(const std::string& file, const SensorModelConfig& model = {},
                                   const SnapshotLimits& limits = SnapshotLimits::none());
 
@@ -52,7 +52,7 @@ struct MapFile {
 /// stays the same file, and gets the map in one transaction.
 /// @param listener  Reports bricks, or pages of a store; nothing for .ot and .bt.
 /// @return Bytes of the file.
-/// @throws MapFileError whose text begins with the name of the file: kForeign for an unknown
+/// @throws MapFileError whose text names the file: kForeign for an unknown
 ///         extension; kTooBig for a map that a format cannot hold; kInaccessible.
 std::size_t writeMapFile(const std::string& file, const MapSnapshot& snapshot,
                          const ProgressListener& listener = {});

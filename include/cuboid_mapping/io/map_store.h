@@ -37,7 +37,7 @@ enum class StoreAccess : unsigned char {
 /// and each page whole. A process that writes locks the file; the system releases the lock when the
 /// process dies.
 ///
-/// All functions throw MapFileError, whose text begins with the name of the file and says what to do:
+/// All functions throw MapFileError, whose text names the file and says what to do:
 ///   - kForeign: the file is no store; kNewerVersion;
 ///   - kTruncated: StoreAccess::kRead, and the store has no map yet;
 ///   - kCorrupted: the checksum or the place of a page is wrong;

@@ -12,8 +12,7 @@ namespace cuboid_mapping {
 
 /// The observations of a cloud as bytes, for another process: 2 to 8 % of the cloud's size.
 /// doc/file_format.md has the format.
-/// @pre The bricks are numbered from one cell, as those of ScanUpdater::compute() are, or are some of these
-/// in the same order. @complexity O(n) for n bricks and samples.
+/// @complexity O(n) for n bricks and samples.
 [[nodiscard]] std::string toBytes(const ScanUpdate& update);
 
 /// Inverse of toBytes(). A voxel that was hit and missed is read as a hit alone, which has the same effect on a
@@ -21,7 +20,7 @@ namespace cuboid_mapping {
 ///
 /// @return  Nothing if the bytes are damaged: too few or too many, a wrong checksum, an empty brick, a brick or
 ///          sample outside kAllCells, or more bricks and samples than `max_items`. Takes memory for the actual
-///          items, at most 400 bytes each, not for a claimed number.
+///          items, about 400 bytes each, not for a claimed number.
 [[nodiscard]] std::optional<ScanUpdate> scanUpdateOfBytes(std::string_view bytes,
                                                           std::size_t max_items = std::size_t{1}
                                                                                   << 21);

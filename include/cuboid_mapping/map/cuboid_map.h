@@ -36,7 +36,8 @@ struct MapConfig {
   FusionTime fuse = FusionTime::kEveryCloud;        ///< Time at which bricks are divided.
   GrowthConfig growth;                              ///< Settings of FusionKind::kGrowth.
   RTreeConfig rtree;                                ///< Order (d, M) of the R-tree.
-  int threads = 1;  ///< Threads for changes of the map, 1 to kMaxThreads; results are the same.
+  /// Threads for changes of the map, and for the ray walk of a Mapper: 1 to kMaxThreads; results are the same.
+  int threads = 1;
 
   /// Sampling of beams that this map needs.
   [[nodiscard]] BeamSampling beamSampling() const {

@@ -21,10 +21,10 @@ namespace cuboid_mapping {
 ///     voxels): exact, the same voxels at other places;
 ///   - else it is resampled: a voxel takes the state of the voxel in which its centre lay before, half a space
 ///     diagonal away at most. A wall one voxel thick stays closed: no path through it crosses faces only. A pole one voxel thick may get gaps.
-/// All voxels that share space with a moved locked box are locked.
+/// The voxels of the box around each moved locked box are locked: more than it, if it is turned by other angles.
 /// @param T_target_map  Metres.
-/// @param map  Gets new bricks and locks, and loses its cuboids. All else stays, also the name of the
-///             frame.
+/// @param map  Gets new bricks and locks, loses its cuboids, and is of FusionKind::kClass. All else stays, also the
+///             name of the frame.
 /// @param threads  The result does not depend on it. @param listener  Reports parts of the map.
 /// @return Whether it was exact.
 /// @throws std::invalid_argument  The transform is not finite, or no rotation; or the map would reach beyond
@@ -54,8 +54,8 @@ struct MapOverlap {
 };
 
 /// Merges a source, the second map, into a target, the first one. A voxel known to one map keeps its log-odds; all
-/// log-odds are clamped to the thresholds of the target, which keeps its sensor model, environment and frame. A
-/// voxel is locked if either map has locked it.
+/// log-odds are clamped to the thresholds of the target, which keeps its sensor model, environment and frame,
+/// and loses its cuboids (FusionKind::kClass). A voxel is locked if either map has locked it.
 /// @throws std::invalid_argument  The resolutions differ. @pre findFault() finds none in either.
 /// @complexity O(n).
 MapOverlap mergeMaps(MapSnapshot& target, const MapSnapshot& source, MergeRule rule);

@@ -49,7 +49,7 @@ struct SnapshotLimits {
 /// All voxels of a map, its locks, and its fused cuboids of FusionKind::kGrowth. @complexity O(n log n).
 [[nodiscard]] MapSnapshot takeSnapshot(const CuboidMap& map, const std::string& frame_id);
 
-/// Replaces everything in a map, also its locks, by a snapshot, exactly. The revision rises.
+/// Replaces all voxels, cuboids and locks of a map by those of a snapshot, exactly. The revision rises.
 /// A map with FusionKind::kGrowth gets the snapshot's cuboids, if it has some or is of such a map; else the voxels are
 /// fused anew, brick by brick. @pre findFault() finds none.
 /// @throws std::invalid_argument  The resolutions differ. @throws std::bad_alloc  In both cases the map is as

@@ -6,7 +6,7 @@
 
 namespace cuboid_mapping {
 
-/// Receives the progress of long work: `done` of `total` steps, from 0 to total > 0.
+/// Receives the progress of long work: `done` of `total` steps, total > 0; not all work reports 0.
 ///
 /// Several threads may call it, one at a time. An exception that it throws ends the work, and reaches the
 /// caller of the work. An empty listener is never called.

@@ -17,7 +17,7 @@ namespace cuboid_mapping {
 
 /// Limits of a query; none by default.
 struct QueryLimits {
-  /// From the budget's construction on; a time < 0 is over at once.
+  /// From the budget's construction on; a time <= 0 is over at the first look at the clock.
   double time_s = std::numeric_limits<double>::infinity();
   /// Bricks of 8 x 8 x 8 voxels, cuboids and similar items that the query reads. Items that a search keeps
   /// count several times, so that this limits memory, too.
@@ -44,7 +44,7 @@ struct MapUnlock {
   const std::atomic<bool>* is_stopped = nullptr;              ///< true ends the query.
 };
 
-/// Remaining limits of a query. Every query takes a budget, and ends soon after it is spent: the answer has the status
+/// Remaining limits of a query. Queries that take one end soon after it is spent: the answer has the status
 /// kBudgetSpent, and its value is what the query says. A spent budget stays spent.
 ///
 /// It costs a subtraction for each brick; the clock is read once in 256 bricks. One budget may serve several

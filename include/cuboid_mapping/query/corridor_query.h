@@ -86,7 +86,7 @@ struct Corridor {
 /// obstacle, the search starts again.
 ///
 /// Cases:
-///   - a number that is not finite, a size that is not > 0, inflation, clearance or a tolerance < 0, or out of the grid's
+///   - a number that is not finite (but for tolerances), a size that is not > 0, inflation, clearance or a tolerance < 0, or out of the grid's
 ///     range: kInvalid;
 ///   - kNotFound: only Corridor::blocked, met and num_visited are set;
 ///   - the budget is spent during the search: kBudgetSpent; later, while boxes grow: kFound, with boxes that

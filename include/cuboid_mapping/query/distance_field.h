@@ -61,7 +61,7 @@ class DistanceField {
   [[nodiscard]] std::size_t numBytes() const;
 
  private:
-  /// Values of a box, row by row along x. A row has some places beyond the box if that has fewer.
+  /// Values of a box, row by row along x. A row has some places beyond the box if that is narrower than min_width.
   template <typename T>
   struct Rows {
     CellBox box;

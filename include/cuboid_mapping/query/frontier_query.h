@@ -36,7 +36,7 @@ struct FrontierTask {
 /// A cluster of free voxels beside unknown ones, in which each shares a face, an edge or a corner with another
 /// one.
 struct Frontier {
-  std::vector<Cell> voxels;  ///< In the order of cells: by z, then y, then x.
+  std::vector<Cell> voxels;  ///< In the order of cells.
   /// Centre of the voxel that is nearest to the mean of all, metres.
   Eigen::Vector3d center_map = Eigen::Vector3d::Zero();
   /// The place nearest to the centre at which the robot meets neither an obstacle nor unknown space, as

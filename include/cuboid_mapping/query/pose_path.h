@@ -19,7 +19,7 @@ struct PosePathTask {
   Eigen::Isometry3d start_map = Eigen::Isometry3d::Identity();  ///< Pose of the body, upright.
   Eigen::Isometry3d goal_map = Eigen::Isometry3d::Identity();   ///< Pose of the body, upright.
   bool may_climb = false;  ///< Whether it may move along z; else it stays at the start's height.
-  /// Room along its x and y that the body keeps where there is any, >= 0: less of it costs more, up to three times the
+  /// Room along its x and y (around its balls: on all sides) that the body keeps where there is any, >= 0: less of it costs more, up to three times the
   /// length.
   double clearance_m = 0.0;
   /// Longest way out of the obstacles that the body touches at the start, >= 0; 0: kNotFound with Blocked::kStart.
@@ -38,11 +38,12 @@ struct PosePathTask {
 
 /// Path of findPosePath().
 struct PosePath {
-  /// Poses from start to goal. checkMotion() has found each motion between two of them free, but for the first one if
+  /// Poses from start to goal. checkMotion() finds each motion between two of them free, but for the first one if
   /// start_distance_m > 0.
   std::vector<Eigen::Isometry3d> T_map_body;
   double length_m = 0.0;  ///< Length of the path of the body's origin.
-  /// Length of the first motion, if the start touches obstacles: the way out of them. Else 0.
+  /// Length of the first motion, if the start touches obstacles: the way out of them, its turn counted as in
+  /// PosePathTask::start_tolerance_m. Else 0.
   double start_distance_m = 0.0;
   double goal_distance_m = 0.0;  ///< Distance of the end of the path from the goal.
   /// A voxel that the body touches where it is blocked. With kFound: at the start, if that is blocked, else at the goal,
@@ -75,7 +76,8 @@ struct PosePath {
 ///   - kNotFound: only PosePath::blocked, met and num_poses are set;
 ///   - the budget is spent during the search: kBudgetSpent; while steps are joined: kFound, with more poses.
 ///
-/// @param budget  Entries are poses of the path: with more of them than entries, kBudgetSpent.
+/// @param budget  Entries are poses of the path: with more of them than entries, kBudgetSpent, unless the time ends
+///                while steps are joined.
 /// @complexity O(k log k) for k places and headings that A* reaches. A step costs a look-up where all headings
 /// fit, and checkMotion() elsewhere.
 Answer<PosePath> findPosePath(const CuboidMap& map, const PosePathTask& task, UnknownPolicy policy,

@@ -25,7 +25,7 @@ struct Sphere {
 
 /// Whether balls meet an obstacle: one batch after the other, such as an arm at the states of a plan.
 ///
-/// Exact against the voxels, as checkPoses(). Keeps obstacles that it has looked at, at most 130 kB, until the map's
+/// Exact against the voxels, as checkPoses(). Keeps obstacles that it has looked at, at most 220 kB, until the map's
 /// revision changes; a map that is assigned needs a new checker. One thread at a time may use it.
 class SphereChecker {
  public:

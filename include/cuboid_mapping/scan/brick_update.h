@@ -18,7 +18,7 @@ constexpr std::int32_t kMaxBeamVoxels = 65535;
 struct BeamRanges {
   /// Maximum range, at which longer beams are cut: > 0; infinity for no limit.
   double max_range_m = std::numeric_limits<double>::infinity();
-  /// Length before a return in which a beam frees unknown voxels only, >= 0. With 0, a beam misses all voxels
+  /// Length before a return or an open end in which a beam frees unknown voxels only, >= 0. With 0, a beam misses all voxels
   /// before its end, as in OctoMap.
   double end_margin_m = 0.0;
   /// Beams free unknown voxels only where they lie along what their neighbours hit, see SurfaceMargins.
@@ -30,7 +30,7 @@ struct BrickUpdate {
   Cell brick;        ///< Least cell of the brick.
   BrickMask hits;    ///< Voxels in which a beam ends.
   BrickMask misses;  ///< Voxels that a beam passes. A voxel that is also a hit counts as a hit.
-  /// Voxels that beams pass in their end margin only, see BeamRanges: misses if they are unknown, else nothing.
+  /// Voxels that beams pass in their end margin, or along a surface, only, see BeamRanges: misses if they are unknown, else nothing.
   /// A voxel that is also a hit or a miss counts as that.
   BrickMask grazes{};
 };
@@ -49,22 +49,24 @@ struct BrickUpdate {
 /// beyond max range                | up to the voxel where it is cut, included | none
 /// as a no-return                  | up to its end, or the cut, included       | none
 /// as an open end, within max range| up to the end point's voxel, excluded     | none
-/// outside the grid, or not finite | none                                      | none; is counted
-/// beyond kMaxBeamVoxels, not cut  | none                                      | none; is counted
+/// outside the grid*, or not finite| none                                      | none; is counted
+/// beyond kMaxBeamVoxels*          | none                                      | none; is counted
 /// (no beam) at a free point       | its voxel, within kMaxBeamVoxels          | none
 ///
-/// With an end margin, a beam to a hit or an open end grazes the voxels of those slabs of its longest axis that it
+/// * where it is cut, if it is. /// With an end margin, a beam to a hit or an open end grazes the voxels of those slabs of its longest axis that it
 /// enters in the margin, and misses the others. With keep_surfaces, so do no-returns, cut or not.
 ///
 /// A voxel that is hit and missed is a hit. The rules are those of octomap_server's insertScan.
 /// octomap::OccupancyOcTreeBase::computeUpdate differs in one point: it leaves out the voxel where a beam is
 /// cut.
 struct ScanUpdate {
-  std::vector<BrickUpdate> bricks;   ///< One for each touched brick, along the Morton curve.
-  std::vector<Cell> samples;         ///< Cells drawn along the beams, see BeamSampling.
-  std::size_t num_points = 0;        ///< Beams that took part: points, no-returns, open ends.
-  std::size_t num_out_of_range = 0;  ///< Beams left out: an end is not finite, or outside the grid.
-  std::size_t num_too_far = 0;       ///< Beams left out: longer than kMaxBeamVoxels.
+  std::vector<BrickUpdate> bricks;  ///< One for each touched brick, along the Morton curve.
+  std::vector<Cell> samples;        ///< Cells drawn along the beams, see BeamSampling.
+  std::size_t num_points = 0;       ///< Beams that took part: points, no-returns, open ends.
+  std::size_t num_out_of_range =
+      0;  ///< Beams left out: an end is not finite, or outside the grid after the cut.
+  /// Beams left out: longer than kMaxBeamVoxels after the cut, or of a sensor too far from the first, see ScanUpdater.
+  std::size_t num_too_far = 0;
 };
 
 /// Whether each brick comes once, along the Morton curve.

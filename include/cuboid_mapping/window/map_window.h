@@ -53,7 +53,7 @@ class StoredPages;
 /// meanwhile. A page that cannot be read stays in the store, and takes no observations until a later try succeeds.
 ///
 /// Where memory fails, a function throws std::bad_alloc. Pages may have been loaded, and the change itself has not
-/// been made.
+/// been made (but for replaceAll()).
 ///
 /// Locks of the map stay when pages are evicted. A page with a locked voxel does not become unknown.
 ///
@@ -114,7 +114,7 @@ class MapWindow {
   /// @throws MapFileError  when a page cannot be read; `work` is not called then.
   void edit(const CellBox& box, FunctionRef<ChangeSet()> work, ChangeSet& changes);
 
-  /// Replaces the whole map. The next save() replaces the store.
+  /// Replaces the whole map. The next write replaces the store.
   /// @param work  Replaces the map. Its exceptions are passed on: the pages are those of the map that it leaves.
   void replaceAll(FunctionRef<ChangeSet()> work, ChangeSet& changes);
 
@@ -193,7 +193,7 @@ class MapWindow {
   std::vector<Cell> ahead_;              ///< Pages of the window to prefetch.
   CellBox window_;
   CellBox outer_;         ///< Cells of the window with its margin.
-  CellBox window_pages_;  ///< Pages of its least and its last cell.
+  CellBox window_pages_;  ///< Pages of its corners.
   ScanUpdate admitted_;   ///< The admitted part of an update.
   std::uint64_t step_ = 0;
   /// Pages of the map may lack in `pages_`, after a failure of memory.

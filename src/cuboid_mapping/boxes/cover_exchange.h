@@ -26,7 +26,7 @@ class CoverExchange {
         boxes_(std::move(boxes)),
         cost_of_boxes_(costOf(boxes_)) {}
 
-  /// Exchanges until the cost no longer falls, or the budget is spent.
+  /// Exchanges until the cost no longer falls, at most max_boxes times, or until the budget is spent.
   void improve(std::size_t max_boxes);
 
   /// The current cover.

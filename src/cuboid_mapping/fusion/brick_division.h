@@ -8,10 +8,7 @@
 
 namespace cuboid_mapping {
 
-/// Divides voxels of one class of a brick into disjoint cuboids that cover exactly these, and appends them.
-///
-/// The least remaining voxel (in the order z, y, x) takes the largest box of which it is the
-/// least corner; ties go to the lower box. The result depends on the set only.
+/// Divides voxels of one class of a brick into disjoint cuboids, as DividedBrick::add(), and appends them.
 void divideVoxels(const Cell& brick, const BrickMask& voxels, Occupancy occupancy,
                   std::vector<Cuboid>& cuboids);
 

@@ -32,7 +32,8 @@ struct GrowingBrick : GrownBrick {
   }
 };
 
-/// Working copies of the bricks that a change looks at, so that readers can go on: copied when they are first needed.
+/// Working copies of the bricks that a change looks at, so that readers can go on: those that change
+/// are copied at once, others when they are first needed.
 /// Not thread-safe.
 class GrowingBricks {
  public:

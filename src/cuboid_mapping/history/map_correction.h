@@ -36,7 +36,7 @@ struct HistoryEvent {
   [[nodiscard]] bool isCloud() const { return config != nullptr; }
 };
 
-/// Largest motion of a point at this distance from a body.
+/// Upper bound of the motion of a point at this distance from a body.
 [[nodiscard]] double findShift_m(const Eigen::Isometry3d& T_map_old,
                                  const Eigen::Isometry3d& T_map_new, double distance_m);
 

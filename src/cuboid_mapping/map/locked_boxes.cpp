@@ -36,7 +36,7 @@ void LockedBoxes::replace(const CellBox& box, bool is_added) {
   const std::size_t end = boxes_.size() + added.size();
   if (end > boxes_.capacity()) boxes_.reserve(end + end / 2);
   if (end > free_.capacity()) free_.reserve(end + end / 2);
-  tree_.reserve(added.size(), met.size(), end);  // Nothing throws from here on.
+  tree_.reserve(added.size(), met.size(), end);  // Nothing throws after this.
   for (const NodeIndex locked : met) {
     tree_.remove(locked);
     boxes_[locked] = {};

@@ -47,7 +47,7 @@ Eigen::AlignedBox3d moved(const CellBox& box, const Eigen::Isometry3d& T_target_
   return around;
 }
 
-/// Voxels that share space with a moved box, within the limits of a map.
+/// Voxels of the box around a moved box, within the limits of a map.
 CellBox coverMoved(const CellBox& box, const Eigen::Isometry3d& T_target_map) {
   const Eigen::AlignedBox3d around = moved(box, T_target_map);
   const Eigen::Vector3d limit = Eigen::Vector3d::Constant(Grid::kMaxCell);

@@ -7,7 +7,7 @@
 
 namespace cuboid_mapping {
 
-/// Counts the steps of some work, and reports the first, the last and every 1024th to a listener.
+/// Counts the steps of some work, and reports the start, the last and every 1024th to a listener.
 class ProgressCounter {
  public:
   /// @param listener  Must outlive the counter. @param total  Steps; with 0 nothing is reported.

@@ -52,7 +52,6 @@ class ThreadPool {
     job->work = std::move(work);
     job->count = count;
     job->max_helpers = max_helpers;
-    if (max_helpers == 0) return job;
     {
       const std::lock_guard<std::mutex> lock(mutex_);
       startThreads(max_helpers);
@@ -156,7 +155,7 @@ BackgroundWork::BackgroundWork(const std::function<void()>& work)
 BackgroundWork::~BackgroundWork() {
   try {
     wait();
-  } catch (...) {  // NOLINT: said above
+  } catch (...) {  // NOLINT: see the header
   }
 }
 

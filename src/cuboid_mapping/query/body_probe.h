@@ -35,7 +35,7 @@ class BodyProbe {
   BodyProbe(const BodyProbe&) = delete;
   BodyProbe& operator=(const BodyProbe&) = delete;
 
-  /// An obstacle that the body meets; nothing if the budget is spent. @pre isPose(T_map_body, rangeOf(body,
+  /// An obstacle that the body meets; perhaps nothing if the budget is spent. @pre isPose(T_map_body, rangeOf(body,
   /// grid)).
   [[nodiscard]] std::optional<PoseContact> findContact(const Eigen::Isometry3d& T_map_body);
   /// As above, for all positions within the sway. Conservative: it enlarges the parts.

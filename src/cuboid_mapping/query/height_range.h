@@ -12,8 +12,8 @@ struct HeightRange {
 };
 
 /// The heights of the occupied voxels without the lowest and the highest 2 %, so that a bird or a point under
-/// the ground does not change the colours of the rest. 0 to 1 m without occupied voxels. Maps of more than
-/// 50,000 bricks are sampled, the same bricks for the same map.
+/// the ground does not change the colours of the rest. 0 to 1 m without occupied voxels. Maps of
+/// 50,000 bricks or more are sampled, the same bricks for the same map.
 /// @complexity O(bricks).
 [[nodiscard]] HeightRange findHeightRange(const CuboidMap& map);
 

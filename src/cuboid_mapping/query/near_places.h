@@ -20,7 +20,7 @@ class NearPlaces {
   /// @param field  Places of the box. Must outlive this object. @param point, size  In voxels.
   /// @param allowed  Places outside are left out.
   NearPlaces(FitField& field, const Eigen::Vector3d& point, const Eigen::Vector3d& size,
-             const CellBox& allowed = kAllCells);
+             const CellBox& allowed);
 
   /// The nearest position; nothing if there is none, or if the budget of the field is spent.
   [[nodiscard]] std::optional<NearPlace> findNearest(double max_distance);

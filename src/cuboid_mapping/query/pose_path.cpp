@@ -60,7 +60,7 @@ class StepJoiner {
     return clearance_.isFreeAt(*std::min_element(first, last), BodyMotion(way_[from], way_[to]));
   }
 
-  /// Index of a pose as late as possible that a free straight motion reaches; at least the next one.
+  /// Index of a late pose that a free straight motion reaches; at least the next one.
   std::size_t findFarthest(std::size_t from) {
     std::size_t farthest = from + 1;
     std::size_t step = 2;  // It is doubled while motions are free, then halved.

@@ -15,7 +15,7 @@ namespace cuboid_mapping {
 /// A* over a PoseLattice from start to goal. Checks each motion only when the search is about to use it.
 class PoseSearch {
  public:
-  /// @param task, clearance  Must outlive this object. @param clearance  That of the task, with its body and budget.
+  /// @param task  Must outlive this object. @param clearance  That of the task, with its body and budget; as long.
   /// @pre findFault(task) is empty.
   PoseSearch(const CuboidMap& map, const PosePathTask& task, UnknownPolicy policy,
              const CellBox& region, PoseClearance& clearance);

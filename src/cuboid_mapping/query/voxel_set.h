@@ -8,7 +8,7 @@
 
 namespace cuboid_mapping {
 
-/// A set of voxels, by brick. Once the budget is spent, unread bricks count as outside the set.
+/// A set of voxels, by brick. Once the budget is spent, bricks are neither added nor removed, nor counted in a box.
 class VoxelSet {
  public:
   /// The voxels of some boxes. @param budget  Counts bricks that are read. Must outlive the set.

@@ -10,7 +10,7 @@
 
 namespace cuboid_mapping {
 
-/// Cells at random places along the beams of a scan, in proportion to the length of each beam.
+/// Cells at random places along the returns and no-returns of a scan, in proportion to the length of each beam.
 ///
 /// Sampling covers the observed part of a beam: up to its end, or where it is cut. Beams that end
 /// outside the grid, are not finite, or are longer than kMaxBeamVoxels are left out.

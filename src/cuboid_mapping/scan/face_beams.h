@@ -66,7 +66,7 @@ class FaceBeams {
     int last[2];
   };
 
-  /// Puts beams into about as many bins. @param beams  Swapped with the memory of earlier beams.
+  /// Puts beams into about half as many bins. @param beams  Swapped with the memory of earlier beams.
   void sort(const Face& face, std::vector<FaceBeam>& beams);
 
   /// Planes that all beams cross together: those of the beam that crosses the most.
@@ -99,7 +99,7 @@ class FaceBeams {
   /// Whether a beam of these nodes crosses a plane.
   [[nodiscard]] bool anyReaches(int level, const Bins& nodes, int plane) const;
 
-  /// Whether a beam that crosses `plane` lies in a node inside `whole`, or makes isFound(beam) true. Asks for
+  /// Whether a beam that crosses `plane` lies in a node inside `whole`, or makes is_found(beam) true. Asks for
   /// beams of bins in `bins`, which holds `whole`.
   ///@{
   template <typename PredicateT>

@@ -14,7 +14,7 @@ struct RayBatch {
 
   int count = 0;
   std::uint32_t taken = 0;  ///< Beams that are set up, see RayOrigin::computeRay().
-  std::uint32_t cut = 0;    ///< Beams among them that end at the max range.
+  std::uint32_t cut = 0;    ///< Beams that end at the max range; counts for taken ones only.
   /// Members of Ray, by axis and number; undefined for other beams.
   ///@{
   alignas(32) double t_max[3][kSize];

@@ -59,7 +59,7 @@ class RayOrigin {
   [[nodiscard]] const Eigen::Vector3f& point() const { return origin_; }
   ///@}
 
-  /// Distance from the origin to the next border down or up an axis, in metres. @pre cell().
+  /// Signed distance from the origin to the next border down or up an axis, in metres. @pre cell().
   [[nodiscard]] double toBorder(int axis, bool is_up) const {
     return to_border_[axis][is_up ? 1 : 0];
   }
@@ -76,7 +76,7 @@ class RayOrigin {
   Eigen::Vector3d anchor_map_;
   Eigen::Vector3f origin_;
   std::optional<Cell> cell_;
-  /// Distances from the origin to the next border down and up, per axis, in metres.
+  /// Signed distances from the origin to the next border down and up, per axis, in metres.
   double to_border_[3][2];
 };
 

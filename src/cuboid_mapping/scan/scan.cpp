@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/scan/scan.h"
 
+#include "cuboid_mapping/geometry/float_anchor.h"
+
 namespace cuboid_mapping {
 namespace {
-
-constexpr double kAnchorSpacing_m = 1024.0;
 
 std::vector<Eigen::Vector3f> transform(const Eigen::Isometry3f& T_anchor_cloud,
                                        const std::vector<Eigen::Vector3f>& points_cloud) {

@@ -18,7 +18,7 @@ constexpr std::int32_t kReach = MortonOrder::kAlignment / 2;
 /// Distance within which sensors have beams.
 constexpr std::int32_t kSensorReach = kReach - (kMaxBeamVoxels + 1);
 constexpr std::size_t kPartsPerThread = 16;
-/// Prefetch distance, in bricks.
+/// Prefetch distance, in marks of bricks.
 constexpr std::size_t kBricksAhead = 8;
 
 /// The cell from which the keys of a cloud count.

@@ -34,11 +34,11 @@ void keepClears(ScanUpdate& update);
 /// When ColumnWalk takes the part of a cloud where beams are dense. The update is the same.
 enum class ColumnUse {
   kWhereCheaper,
-  kNever,   ///< For tests and measurements.
+  kNever,   ///< For tests.
   kAlways,  ///< For tests.
 };
 
-/// Computes the voxels that a cloud observes, see ScanUpdate. Pure: does not read the map.
+/// Computes the voxels that a cloud observes, see ScanUpdate. Does not read the map.
 ///
 /// Not thread-safe; reuses its buffers.
 class ScanUpdater {
@@ -81,7 +81,7 @@ class ScanUpdater {
   /// Results of one thread.
   struct Share {
     BeamMarks marks;
-    BeamMarks grazes;                ///< Marks without hits; empty without an end margin.
+    BeamMarks grazes;  ///< Marks without hits; empty without an end margin and keep_surfaces.
     std::vector<PlacedMarks> order;  ///< Order of all its bricks.
     CloudFaces::Parts faces;         ///< Beams of the current scan that ColumnWalk may take.
     std::size_t num_points = 0;
@@ -187,7 +187,7 @@ class ScanUpdater {
 
   Grid grid_;
   BeamRanges ranges_;
-  Cell first_origin_;  ///< Origin of the first scan of the current cloud.
+  Cell first_origin_;  ///< Origin of the first scan of the cloud that lies in the grid.
   Cell base_;          ///< Cell from which the keys of its bricks count.
   std::vector<Share> shares_;
   std::optional<SurfaceMargins> surfaces_;   ///< With keep_surfaces.

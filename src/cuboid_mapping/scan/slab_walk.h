@@ -22,9 +22,9 @@ struct BatchMargins {
 /// longest. The beam crosses at most one border of each other axis in a slab. A fixed-point phase per
 /// axis gives the voxels where it enters and leaves each slab of a brick.
 ///
-/// Phases are rounded. Where rounding could decide, the function leaves the beam to walkRay(): if two borders
-/// are closer than 2^-22 voxels, if the beam ends too near a border, or if it does not leave its first slab.
-/// This is rare. If the origin lies on borders of voxels, as a map's origin often does, it takes the first
+/// Phases are rounded. Where rounding could decide, the function leaves the beam to walkRay(): if a border or two
+/// borders lie within about 2^-21 voxels where it matters, if the beam ends too near a border, or if it does not leave
+/// its first slab. This is rare. If the origin lies on borders of voxels, as a map's origin often does, it takes the first
 /// steps of walkRay() one by one.
 ///
 /// @param rays  Rays to walk; afterwards they start after those steps.

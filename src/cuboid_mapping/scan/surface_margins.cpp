@@ -142,7 +142,7 @@ class SideWalk {
   }
 
  private:
-  /// Whether the surface between the ends that are held and the next is grazed: it rises by less than 1 in 2. A slab so
+  /// Whether the surface between the ends that are held and the next is grazed: it rises by at most 1 in 2. A slab so
   /// thin that the beam below it passes it counts, too; beside a beam it would be a post.
   [[nodiscard]] Flags isGrazed(const Floats& along_m, const Floats& across_m) const {
     const Floats rise_m = across_m - held_across_m_;

@@ -20,8 +20,8 @@ class SurfaceMargins {
   SurfaceMargins(double reach_m, int threads);
 
   /// @param margins  For each point, and then for each open end, the end of its beam that is within reach of a
-  ///                 surface, and one reach more, as a share of the beam's length; 0 if that is less than two
-  ///                 reaches: such a beam hits its surface, and does not graze it. Then for each no-return the part
+  ///                 surface, and one reach more, as a share of the beam's length; 0 if the part within reach is
+  ///                 shorter than two reaches: such a beam hits its surface, and does not graze it. Then for each no-return the part
   ///                 from two reaches before the nearest end of its neighbours on. @complexity O(points).
   void compute(const Scan& scan, std::vector<float>& margins);
 

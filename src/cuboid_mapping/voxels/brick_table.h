@@ -74,11 +74,9 @@ class BrickTable {
     if (const std::uint32_t index = indexOf(brick); index != kNoItem) return item(index);
     reserve(num_items_ + 1);
     std::uint32_t& slot = slots_[slotOf(brick)];
-    if (slot == kFree) {
-      slot = takeIndex();
-      item(slot).brick = brick;
-      ++num_items_;
-    }
+    slot = takeIndex();
+    item(slot).brick = brick;
+    ++num_items_;
     return item(slot);
   }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Converts boxes of one log-odds, from files of OctoMap and of version 1 of this package, to bricks.
+// Converts boxes of one log-odds, from files and edits, to bricks.
 #pragma once
 
 #include "cuboid_mapping/occupancy/cuboid.h"

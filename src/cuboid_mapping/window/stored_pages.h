@@ -40,7 +40,7 @@ class StoredPages {
   [[nodiscard]] std::vector<VoxelBrick> read(const Cell& page) const;
   /// As read(), but moves bricks that fetch() has read.
   [[nodiscard]] std::vector<VoxelBrick> take(const Cell& page);
-  /// Reads pages for take(), in place of those fetched before. Those that cannot be read are left to it.
+  /// Reads pages for take(), in place of those fetched before, up to the first that cannot be read.
   void fetch(const std::vector<Cell>& pages, std::uint64_t step);
   void forgetFetched() { fetched_.clear(); }
 
