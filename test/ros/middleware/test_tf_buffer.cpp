@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Poses are not interpolated across a gap of tf.
 #include "cuboid_mapping/ros/mapping/tf_poses.h"
+#include "cuboid_mapping/ros/middleware/static_publishers.h"
 #include "cuboid_mapping/ros/middleware/tf_buffer.h"
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <optional>
 #include <string>
 
@@ -122,6 +124,28 @@ TEST(TfBuffer, AStampThatLeadsHoldsWhenTheNextOneConfirmsIt) {
   for (const double stamp_s : {1030.0, 1030.5}) send(stamp_s);
   EXPECT_TRUE(knows(1030.2)) << "two are a publisher that goes on after a pause";
   EXPECT_FALSE(knows(1015.0));
+}
+
+/// Few digits of a rotation, and a slash before a frame, are no difference.
+TEST(StaticPublishers, AreReportedIfTheyDiffer) {
+  geometry_msgs::TransformStamped transform;
+  transform.header.frame_id = "/base";
+  transform.child_frame_id = "laser";
+  transform.transform.rotation.z = transform.transform.rotation.w = 0.7071;
+  StaticPublishers publishers;
+  EXPECT_EQ(publishers.note(transform, "/one"), "");
+  transform.header.frame_id = "base";
+  transform.transform.rotation.z = transform.transform.rotation.w = std::sqrt(0.5);
+  EXPECT_EQ(publishers.note(transform, "/two"), "");
+  transform.transform.translation.x = 0.1;
+  EXPECT_EQ(publishers.note(transform, "/two"),
+            "'laser' has different static transforms from /one and /two: the last one holds. Stop "
+            "one of them");
+}
+
+TEST(StaticPublishers, OneDoesNotContradictItself) {
+  geometry_msgs::TransformStamped without_rotation;
+  EXPECT_EQ(StaticPublishers().note(without_rotation, "/one"), "");
 }
 
 }  // namespace

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "cuboid_mapping/ros/middleware/tf_lookup.h"
+
 #include <geometry_msgs/TransformStamped.h>
 
 #include <cmath>
@@ -13,11 +15,12 @@ namespace cuboid_mapping_ros {
 class StaticPublishers {
  public:
   /// Notes a static transform. @return A warning, once for each frame; empty if nothing contradicts it.
-  std::string note(const geometry_msgs::TransformStamped& transform, const std::string& publisher) {
+  std::string note(const geometry_msgs::TransformStamped& given, const std::string& publisher) {
+    const geometry_msgs::TransformStamped transform = tidyTransform(given);
     Frame& frame = frames_[transform.child_frame_id];
     frame.transforms[publisher] = transform;
     for (const auto& [other, its] : frame.transforms) {
-      if (frame.is_said || !differ(its, transform)) continue;
+      if (frame.is_said || other == publisher || !differ(its, transform)) continue;
       frame.is_said = true;
       std::string warning = "'" + transform.child_frame_id;
       warning.append("' has different static transforms from ").append(other).append(" and ");
