@@ -149,6 +149,14 @@ TEST(Parameters, DefaultsHoldWhereNothingElseIsSet) {
   EXPECT_EQ(loaded.parameters.source.max_range_m, 7.0);
   const LoadedParameters wrong = readParameters(makeGroup({{"defaults/resolutoin", 0.3}}));
   EXPECT_EQ(keysOf(wrong.errors), std::vector<std::string>{"resolutoin"});
+  for (const XmlRpcValue& no_group : {XmlRpcValue(3), XmlRpcValue("x"), makeList()}) {
+    const LoadedParameters none = readParameters(makeGroup({{"defaults", no_group}}));
+    ASSERT_EQ(keysOf(none.errors), std::vector<std::string>{"defaults"});
+    EXPECT_TRUE(hasText(none.errors[0], "but must be a group of keys")) << none.errors[0].message;
+  }
+  XmlRpcValue empty;
+  (void)empty.begin();
+  EXPECT_TRUE(readParameters(makeGroup({{"defaults", empty}})).errors.empty());
 }
 
 TEST(Parameters, SetsThatDoNotFitAreRefused) {

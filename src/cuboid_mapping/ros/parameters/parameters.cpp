@@ -16,6 +16,8 @@ namespace {
 
 using XmlRpc::XmlRpcValue;
 
+constexpr char kDefaultsKey[] = "defaults";
+
 /// The text after the last slash.
 std::string lastPart(const std::string& key) { return key.substr(key.rfind('/') + 1); }
 
@@ -247,13 +249,20 @@ void addMissing(const XmlRpcValue& defaults, XmlRpcValue& group) {
 
 /// A group whose member "defaults" has given way to the values in it: launch files set these for what
 /// nobody else sets.
-XmlRpcValue applyDefaults(const XmlRpcValue& group) {
-  if (!group.hasMember("defaults")) return group;
+XmlRpcValue applyDefaults(const XmlRpcValue& group, LoadedParameters& loaded) {
+  if (!group.hasMember(kDefaultsKey)) return group;
   XmlRpcValue applied;
+  (void)applied.begin();  // Makes it a group, also without keys.
   for (const auto& [name, value] : group) {
-    if (name != "defaults") applied[name] = value;
+    if (name != kDefaultsKey) applied[name] = value;
   }
-  addMissing(group["defaults"], applied);
+  const XmlRpcValue& defaults = group[kDefaultsKey];
+  if (defaults.getType() == XmlRpcValue::TypeStruct) {
+    addMissing(defaults, applied);
+  } else {
+    loaded.errors.push_back({kDefaultsKey, "is " + describe(defaults) +
+                                               ", but must be a group of keys, or be removed"});
+  }
   return applied;
 }
 
@@ -306,7 +315,7 @@ LoadedParameters readParameters(const XmlRpcValue& private_namespace) {
                                       "has the name of this node"});
     return loaded;
   }
-  const XmlRpcValue group = applyDefaults(private_namespace);
+  const XmlRpcValue group = applyDefaults(private_namespace, loaded);
   readGroup(group, false, loaded);
   readSources(loaded);
   judgeUnknownKeys(group, loaded);
