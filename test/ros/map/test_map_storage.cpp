@@ -6,6 +6,7 @@
 #include "cuboid_mapping/io/map_store.h"
 #include "cuboid_mapping/map/cuboid_search.h"
 #include "cuboid_mapping/voxels/uniform_boxes.h"
+#include "ros/known_parameters.h"
 #include "ros/random_guarded_map.h"
 #include "tools/run_program.h"
 
@@ -370,6 +371,31 @@ TEST(MapStorage, startsWithTheLastSaveAndOtherwiseWithMapFile) {
   std::ofstream(parameters.autosave_file) << "no map";
   EXPECT_THROW((void)readStartMap(findStartMap(parameters), parameters),
                cuboid_mapping::MapFileError);
+}
+
+TEST(MapStorage, autosavesOnlyToAFileFromWhichItStarts) {
+  if (!test::hasParameters({"window/frame", "merge/robots", "autosave_file"})) GTEST_SKIP();
+  const auto errors_of = [](const std::string& file, const std::string& window,
+                            const std::string& robots) {
+    XmlRpc::XmlRpcValue group;
+    group["autosave_file"] = file;
+    group["window"]["frame"] = window;
+    group["window"]["file"] = window.empty() ? "" : "window.sqlite";
+    group["merge"]["robots"] = robots;
+    std::string text;
+    for (const ParameterError& error : readParameters(group).errors) {
+      text += error.key + ' ' + error.message;
+    }
+    return text;
+  };
+  EXPECT_EQ(errors_of("map.cuboids", "", ""), "");
+  EXPECT_EQ(errors_of("map.sqlite", "base", ""),
+            "autosave_file does not go with window/outside: keep, which saves to window/file: "
+            "remove it; ~save_map or map_convert makes a copy");
+  EXPECT_EQ(errors_of("map.sqlite", "", "/robot1"), "");
+  EXPECT_EQ(errors_of("map.cuboids", "", "/robot1"),
+            "autosave_file must end in .sqlite with merge/robots: such a file also keeps which "
+            "observations are merged");
 }
 
 }  // namespace

@@ -133,10 +133,12 @@ void MapFiles::autosave() {
   }
   auto state = stateOf(map_);
   if (state == saved_) return;
-  std::string error = window_file_.empty() ? "" : trySaveLocks(window_file_);
-  const std::string of_autosave = autosave_file_.empty() ? "" : saveToAutosaveFile();
-  if (!error.empty() && !of_autosave.empty()) error += "; ";
-  error += of_autosave;
+  std::string error;
+  if (!window_file_.empty()) {
+    error = trySaveLocks(window_file_);
+  } else if (!autosave_file_.empty()) {
+    error = saveToAutosaveFile();
+  }
   if (error.empty()) saved_ = std::move(state);
   const std::lock_guard<std::mutex> lock(error_mutex_);
   autosave_error_ = error;
@@ -199,11 +201,30 @@ std::vector<ParameterDeclaration> MapFiles::declare() {
       {"autosave_file", "", file(&P::autosave_file),
        "The map is saved to this file after changes and when the node stops. If the file exists, "
        "the node starts with its map and its locked boxes, and does not start if it cannot be "
-       "read, or has another resolution. The extension selects the format, as with ~save_map. "
-       "Empty: the map is not saved."},
+       "read, or has another resolution. The extension selects the format, as with ~save_map; "
+       "with merge/robots it must be .sqlite. Not with window/outside: keep, which saves to "
+       "window/file. Empty: the map is not saved."},
       {"autosave_period", "s", number(&P::autosave_period_s, 1.0, 86400.0),
        "Time between two saves to autosave_file, or to window/file."},
   };
+}
+
+std::vector<ParameterError> MapFiles::check(const LoadedParameters& loaded) {
+  const NodeParameters& parameters = loaded.parameters;
+  const std::string& file = parameters.autosave_file;
+  if (file.empty()) return {};
+  std::vector<ParameterError> errors;
+  if (parameters.window.keeps()) {
+    errors.push_back({"autosave_file",
+                      "does not go with window/outside: keep, which saves to window/file: remove "
+                      "it; ~save_map or map_convert makes a copy"});
+  }
+  if (!parameters.fleet.robots.empty() && formatOfName(file) != MapFormat::kStore) {
+    errors.push_back({"autosave_file",
+                      "must end in .sqlite with merge/robots: such a file also keeps which "
+                      "observations are merged"});
+  }
+  return errors;
 }
 
 }  // namespace cuboid_mapping_ros

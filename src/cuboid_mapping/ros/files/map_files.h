@@ -29,6 +29,7 @@ class MapFiles : public MapFeature {
   explicit MapFiles(const MapHost& host);
   ~MapFiles() override;
   [[nodiscard]] static std::vector<ParameterDeclaration> declare();
+  [[nodiscard]] static std::vector<ParameterError> check(const LoadedParameters& loaded);
   [[nodiscard]] std::string name() const override { return "files"; }
   void report(NodeReport& report) override;
 

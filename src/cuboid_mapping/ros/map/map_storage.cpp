@@ -284,11 +284,7 @@ std::string describeRefusal(const Eigen::Isometry3d& T_target_map, double resolu
 }
 
 StartMap findStartMap(const NodeParameters& parameters) {
-  // Only a store keeps the list of merged observations.
-  const bool is_whole = parameters.fleet.robots.empty() || isSqliteFile(parameters.autosave_file);
-  if (is_whole && !parameters.window.keeps() && hasMap(parameters.autosave_file)) {
-    return {parameters.autosave_file, true};
-  }
+  if (hasMap(parameters.autosave_file)) return {parameters.autosave_file, true};
   std::error_code ignored;
   if (parameters.map_file.empty() || std::filesystem::exists(parameters.map_file, ignored)) {
     return {parameters.map_file, false};
@@ -318,7 +314,9 @@ bool hasMap(const std::string& file) {
   namespace fs = std::filesystem;
   std::error_code ignored;
   if (file.empty() || !fs::exists(file, ignored)) return false;
-  return !isSqliteFile(file) || MapStore(file, StoreAccess::kWrite).head();
+  // Of a store that was killed at its beginning, there may be an empty file.
+  const bool is_store = formatOfName(file) == MapFormat::kStore || isSqliteFile(file);
+  return !is_store || MapStore(file, StoreAccess::kWrite).head();
 }
 
 std::string followLinks(const std::string& file) {
