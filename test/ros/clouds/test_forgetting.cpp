@@ -267,5 +267,14 @@ TEST_F(ForgettingTest, InAnotherFrameABlockIsAsOldAsTheYoungestInIt) {
   EXPECT_EQ(known(), (Bricks{0}));
 }
 
+TEST_F(ForgettingTest, InAnotherFrameAStampIsConfirmedForTheBlocksThere) {
+  seeOnce(1000.0, {0, 1, 2});
+  seeOnce(1060.0, {1});
+  forgetting_ = forgetting_.moved(
+      *cuboid_mapping::VoxelMotion::of(Eigen::Isometry3d(Eigen::Translation3d(8, 0, 0)), 1.0));
+  seeOnce(1060.1, {4});
+  EXPECT_EQ(known(), (Bricks{0, 2, 4})) << "block 2 is what block 1 was; block 0 is not remembered";
+}
+
 }  // namespace
 }  // namespace cuboid_mapping_ros

@@ -119,6 +119,11 @@ Forgetting Forgetting::moved(const VoxelMotion& motion) const {
       until = std::max(until, entry.second);
     });
   }
+  for (std::vector<Cell>& bricks : other.doubted_) {
+    for (const Cell& old : std::exchange(bricks, {})) {
+      forEachBrick(motion(brickBox(old)), [&](const Cell& brick) { bricks.push_back(brick); });
+    }
+  }
   return other;
 }
 
