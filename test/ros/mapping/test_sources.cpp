@@ -181,7 +181,7 @@ TEST(Sources, EverythingThatIsWrongWithThemIsSaidAtOnce) {
   bad["sensor_model"]["max_range"] = 20.0;
   XmlRpcValue without_topic;
   without_topic["name"] = "laser";
-  XmlRpcValue group = listOf({bad, without_topic, XmlRpcValue(5)});
+  XmlRpcValue group = listOf({bad, without_topic, XmlRpcValue(5), makeSource("", "/points")});
   group["resolution"] = -1.0;
   const std::vector<std::string> expected{
       "resolution is -1.0, but must be a number from 0.001 to 100.0: correct it, or remove it to "
@@ -201,7 +201,8 @@ TEST(Sources, EverythingThatIsWrongWithThemIsSaidAtOnce) {
       "sources[1]/topic is missing: name the topic of this source (source laser)",
       "sources[1]/name is that of another source, too: give each source a name of its own (source "
       "laser)",
-      "sources[2] is 5, but must be a group of keys (source cloud_in)"};
+      "sources[2] is 5, but must be a group of keys (source cloud_in)",
+      "sources[3]/name is \"\", but must be a text that is not empty (source /points)"};
   EXPECT_EQ(textsOf(readParameters(group).errors), expected);
   XmlRpcValue no_list;
   no_list["sources"] = "front";

@@ -43,7 +43,8 @@ void readName(const XmlRpcValue& element, LoadedParameters& own) {
   if (!name) return;
   own.parameters.source.name = textOf(*name).value_or("");
   if (own.parameters.source.name.empty()) {
-    own.errors.push_back({kNameKey, "is " + describe(*name) + ", but must be a text"});
+    own.errors.push_back(
+        {kNameKey, "is " + describe(*name) + ", but must be a text that is not empty"});
   }
 }
 
