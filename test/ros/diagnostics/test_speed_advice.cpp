@@ -119,6 +119,11 @@ TEST(SpeedAdvice, SuggestsParametersForASensorThatReachesFar) {
   EXPECT_EQ(makeWatch(0.05, 0.02, 10.0, 78.0).suggestion(),
             "the clouds reach 78 m; a good start for such a sensor: resolution 0.2 (now 0.05) and "
             "sensor_model/max_range 50 (now without limit)");
+  EXPECT_EQ(makeWatch(0.05, 0.02, 10.0, 1234.0)
+                .suggestion()
+                .value_or("")
+                .find("the clouds reach 1234 m; "),
+            0U);
   EXPECT_FALSE(makeWatch(0.05, 0.02, 10.0, 78.0, SpeedWatch::kFirstClouds - 1).suggestion());
   EXPECT_FALSE(makeWatch(0.05, 0.005, 10.0, 78.0).suggestion()) << "is cheap as it is";
   EXPECT_FALSE(makeWatch(0.05, 0.02, 10.0, 12.0).suggestion()) << "indoors";

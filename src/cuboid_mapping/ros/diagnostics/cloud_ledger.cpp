@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iomanip>
 #include <locale>
 #include <numeric>
 #include <sstream>
@@ -50,12 +51,13 @@ void append(std::deque<double>& values, double value) {
   if (values.size() > kWindow) values.pop_front();
 }
 
-/// A number with two significant digits: "4.3", "10", "0.25".
+/// A number with two significant digits, or all before the point: "4.3", "10", "1234", "0.25".
 std::string twoDigits(double value) {
   std::ostringstream out;
   out.imbue(std::locale::classic());
-  out.precision(value >= 10.0 ? 3 : 2);
-  out << (value >= 10.0 ? std::round(value) : value);
+  out.precision(2);
+  if (value >= 10.0) out << std::fixed << std::setprecision(0);
+  out << value;
   return out.str();
 }
 
