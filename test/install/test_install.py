@@ -135,6 +135,14 @@ class Layout:
         self.assertNotIn('pcl', needed)
         self.assertNotIn('octo', needed)
 
+    def test_a_component_that_does_not_exist_is_named(self):
+        project = self.root / 'asks'
+        project.mkdir()
+        (project / 'CMakeLists.txt').write_text('cmake_minimum_required(VERSION 3.16)\nproject(asks CXX)\n'
+                                                'find_package(cuboid_mapping REQUIRED COMPONENTS clients)\n')
+        with self.assertRaisesRegex(AssertionError, r'cuboid_mapping::clients\s+has\s+not\s+been\s+built'):
+            self.build(project)
+
     def test_a_project_without_catkin_uses_the_core_alone(self):
         program = self.build(SOURCE / 'examples/first_map')
         self.assertIn('5 m: occupied', run(program, env=self.environment))
