@@ -111,7 +111,8 @@ void putAll(BagClouds& clouds, BagMap& map) {
       cuboid_mapping::showProgress("clouds"));
   clouds.report(clouds.leftOut(), clouds.statistics());
   if (const auto advice = clouds.advice()) {
-    std::cerr << "bag_to_map: a node could not keep up with these clouds: " << *advice << std::endl;
+    std::cerr << "bag_to_map: a node could not keep up with these clouds: " << *advice
+              << " (here: --set NAME=VALUE)" << std::endl;
   }
   const NodeStatistics& statistics = clouds.statistics();
   if (statistics.num_inserted == 0) {

@@ -389,6 +389,7 @@ TEST_F(BagToMap, saysWhatWouldKeepUp) {
                                      "--set", "resolution=0.02", "--set", "threads=1"});
   ASSERT_EQ(end.status, 0) << end.err;
   EXPECT_TRUE(mentions(end.err, "per cloud at 100 Hz: try resolution 0.")) << end.err;
+  EXPECT_TRUE(mentions(end.err, "(here: --set NAME=VALUE)")) << end.err;
 }
 
 TEST_F(BagToMap, saysWhyItCannotWrite) {
