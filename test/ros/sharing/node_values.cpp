@@ -83,7 +83,7 @@ class LossyServer {
   }
 
   [[nodiscard]] bool hasListener() const {
-    return delta_publisher_.getNumSubscribers() > 0 && images_.hasListeners();
+    return delta_publisher_.getNumSubscribers() > 0 && num_asked_ > 0;
   }
   [[nodiscard]] const CuboidMap& map() const { return map_; }
   [[nodiscard]] int numAsked() const { return num_asked_; }

@@ -29,7 +29,7 @@ class RobotsFeature : public MapFeature {
 
  private:
   GuardedThread merging_thread_;
-  GuardedThread asking_threads_;  ///< One more than there are robots: a silent one blocks no other.
+  GuardedThread asking_threads_;  ///< See RobotMerger.
   std::optional<RobotMerger> merger_;
 };
 

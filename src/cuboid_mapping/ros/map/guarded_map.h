@@ -223,9 +223,6 @@ class GuardedMap {
     return changes;
   }
 
-  /// Makes takeChanges() report that everything has changed, for callers that lost what they took.
-  void noteEverything() noexcept;
-
  private:
   /// Time after which a long reader lets others have their turn, where its work allows it: a fifth of the time between
   /// two clouds at 10 Hz.
@@ -310,6 +307,8 @@ class GuardedMap {
     (void)window_->save();
   }
   void note(const ChangeSet& changes);
+  /// Makes takeChanges() report that everything has changed.
+  void noteEverything() noexcept;
   void noteEdit(const CellBox& box, const CellBox& whole) {
     if (!history_) return;
     history_->change([&](MapHistory& history) { history.addEdit(box, map_, whole); });

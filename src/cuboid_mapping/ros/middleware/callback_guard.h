@@ -19,8 +19,6 @@ namespace cuboid_mapping_ros {
 /// A failure is counted and logged, the same one every 10 s at most. Thread-safe.
 class CallbackGuard {
  public:
-  static constexpr const char* kUnknownException = "an exception that is not a std::exception";
-
   /// @param name  Name of the work, for the log.
   /// @return Whether it ended without an exception.
   template <typename WorkT>
@@ -31,7 +29,7 @@ class CallbackGuard {
     } catch (const std::exception& exception) {
       noteFailure(name, exception.what());
     } catch (...) {
-      noteFailure(name, kUnknownException);
+      noteFailure(name, "an exception that is not a std::exception");
     }
     return false;
   }

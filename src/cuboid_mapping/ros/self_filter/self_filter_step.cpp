@@ -49,7 +49,7 @@ std::string readDescription(const SelfFilterParameters& parameters, const FindTe
                            " with a URDF");
 }
 
-/// Refuses too many voxels: each cloud visits all of them.
+/// Refuses more than kMaxFreeVoxels.
 void checkVolume(const RobotParts& parts, const NodeParameters& parameters) {
   double volume_m3 = 0.0;
   for (const RobotPart& part : parts) {

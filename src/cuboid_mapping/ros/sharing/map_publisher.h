@@ -56,7 +56,6 @@ class MapImageServer {
   MapImageServer(const MapImageServer&) = delete;
   MapImageServer& operator=(const MapImageServer&) = delete;
 
-  [[nodiscard]] bool hasListeners() const { return topic_->hasListeners(); }
   /// @param revision  Revision of the updates: followers need an image that is no older.
   void noteUpdate(std::uint64_t revision) { updated_revision_ = revision; }
   /// Sends the map to all subscribers soon, since it was replaced.
