@@ -19,8 +19,8 @@ DeskewStep::DeskewStep(const NodeParameters& /*parameters*/, const SourceParamet
 std::vector<ParameterDeclaration> DeskewStep::declare() {
   return {{"deskew", "", boolean(&SourceParameters::deskew),
            "true: tf gives the pose of the sensor at the time of each point. Times come from the "
-           "field time, t, offset_time or timestamp of a cloud, or from time_increment of a scan. "
-           "false: all points have the time of the stamp."},
+           "field time, t, offset_time, timestamp, time_stamp or timeStamp of a cloud, or from "
+           "time_increment of a scan. false: all points have the time of the stamp."},
           {"time_unit", "s", number(&SourceParameters::time_unit_s, 0.0, 1.0),
            "Unit of the times of points. 0: whole numbers are nanoseconds, others seconds, unless "
            "only another unit gives the duration of a sweep. Set it if this guess is wrong."}};

@@ -164,7 +164,7 @@ std::vector<ParameterDeclaration> ObservationPublisher::declare() {
        "request older ones; without, they are dropped and counted. 0: no limit."},
       {"observation_memory", "MB",
        integer({&NodeParameters::fleet, &FleetParameters::observation_memory_mb}, 0, 100000),
-       "Memory for sent observations, so that merging nodes can request lost ones. 0: none is "
+       "Memory for past observations, so that merging nodes can request lost ones. 0: none is "
        "kept."},
   };
 }

@@ -16,8 +16,8 @@ std::vector<ParameterDeclaration> ForgettingFeature::declare() {
       {"forget_after", "s", number(&S::forget_after_s, 0.0, 1e6),
        "Voxels that no cloud has observed for this long become unknown. Time counts by stamps, "
        "per block of 8 x 8 x 8 voxels. Each source can have its own time; a block stays "
-       "while one source remembers it. Locked boxes stay. Voxels from files and edits stay until a "
-       "cloud observes them. 0: never."},
+       "while one source remembers it. Locked boxes stay, and so do blocks that no cloud has "
+       "observed, such as those of files and edits. 0: never."},
       {"forget", "",
        choice<Forget>(&P::forget, {{"all", Forget::kAll},
                                    {"occupied", Forget::kOccupied},

@@ -42,7 +42,8 @@ std::vector<ParameterDeclaration> declareCuboids() {
        "Number of threads that process a cloud. The map does not depend on it. 0: one per core."},
       {"ignore_unknown", "", boolean(&P::ignores_unknown),
        "true: parameters that do not exist are ignored with a warning, as octomap_server ignores "
-       "them. false: the node does not start."},
+       "them. false: the node does not start. Keys of earlier versions, and those in sources, "
+       "remain errors."},
   };
 }
 
@@ -103,8 +104,9 @@ std::vector<ParameterDeclaration> declareTopics() {
        "A cloud is dropped if it lies between two transforms of a frame that are farther apart: "
        "its pose would be a guess."},
       {"publish_rate", "Hz", number(&P::publish_rate_hz, 0.01, 100.0),
-       "Maximum rate of the map topics. They are published only after a change; occupied_cuboids "
-       "and free_cuboids of a large map less often."},
+       "Maximum rate of the map topics. They are published after a change (cuboid_map_updates "
+       "always, robot_grid also when the robot moves); occupied_cuboids and free_cuboids of a "
+       "large map less often."},
       {"keyframe_period", "s", number(&P::keyframe_period_s, 0.0, 86400.0),
        "Time between two keyframes on topics that carry changes: occupied_cuboids, free_cuboids, "
        "cuboid_map, and the grids with updates. A keyframe has the whole content, for listeners "
