@@ -23,7 +23,7 @@ namespace cuboid_mapping_ros {
 /// they are.
 ///
 /// Time is kept per brick of 8 x 8 x 8 voxels: a brick is seen as long as a beam passes or hits any of its
-/// voxels. Locked voxels stay, and so do voxels that no cloud has seen, such as those of a file or a service.
+/// voxels. Locked voxels stay, and so do bricks that no cloud has seen, such as those of a file or a service.
 /// Stamps that lead the others, and sources with clocks of their own, see StampClock. Not thread-safe.
 class Forgetting {
  public:

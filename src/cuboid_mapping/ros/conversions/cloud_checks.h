@@ -19,8 +19,9 @@ struct RangeLimits {
   double max_beam_m;   ///< Longer beams that are not cut are left out.
 };
 
-/// Finds implausible readings of one source: a range that a tenth of all points have, depths that no camera
-/// measures, hardly a point within the limits, a frame that no sensor has, and warnings of the conversion. Reports each once.
+/// Finds implausible readings of one source: a range that a tenth of all points have, ranges or depths
+/// beyond those of most sensors, hardly a point within the limits, a frame that no sensor has, and warnings of the
+/// conversion. Reports each once.
 ///
 /// One depth of a tenth of the pixels may be a wall across the view. It is only reported if it is the greatest,
 /// and no other depth comes near it, as far clips of simulated cameras are.

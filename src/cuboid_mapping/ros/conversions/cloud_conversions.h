@@ -78,7 +78,7 @@ struct CloudOptions {
 [[nodiscard]] ConvertedCloud convertCloud(const sensor_msgs::PointCloud2& message,
                                           const CloudOptions& options = {});
 
-/// Checks points that were read as metres: half of them between 1 and 200 km from the sensor are in millimetres
+/// Checks points that were read as metres: if their median is 1 to 200 km from the sensor, they are in millimetres
 /// or centimetres. @return The refusal; nothing if a unit was given.
 [[nodiscard]] std::optional<CloudError> checkUnit(const CloudPoints& cloud,
                                                   const CloudOptions& options,

@@ -15,7 +15,7 @@ enum class DropReason : unsigned char {
   kNoPoints,       ///< width or height is 0, see layoutOf().
   kNoXyzFields,    ///< There is no field x, y or z.
   kWrongDatatype,  ///< x, y or z is neither FLOAT32 nor FLOAT64.
-  kBadLayout,      ///< point_step is 0, a field reaches beyond it, or row_step is less than a row.
+  kBadLayout,      ///< Layout, size, camera or angles make no sense.
   kShortData,      ///< There is less data than width, height and steps say.
   kNoValidPoints,  ///< All points are NaN, infinite or zero, and no beam without return is known.
   kWrongUnit,      ///< In the unit that is usual, it cannot have been measured.

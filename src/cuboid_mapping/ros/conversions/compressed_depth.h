@@ -20,7 +20,7 @@ namespace cuboid_mapping_ros {
 [[nodiscard]] bool isCompressed(const std::string& topic);
 
 /// Wraps a message as an image whose data is still compressed: without a size, and with the message's `format`
-/// as encoding.
+/// as encoding, behind "; " if it has no semicolon.
 [[nodiscard]] sensor_msgs::Image::ConstPtr toCompressedImage(
     const sensor_msgs::CompressedImage& message);
 

@@ -20,7 +20,8 @@ namespace cuboid_mapping_ros {
 /// An image of a map.
 struct ImageMessage {
   MapImage image;
-  std::uint32_t num_parts = 1;  ///< If more than one: `image` has the bricks of `part` only.
+  /// If more than one: `image` has the bricks of `part` only, or of all up to it after appendPart().
+  std::uint32_t num_parts = 1;
   std::uint32_t part = 0;
   std::string server;  ///< Namespace of the services of the node.
 };

@@ -9,7 +9,7 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-/// Share of a primary colour in a hue whose distance from it is `distance` sixths of the circle.
+/// Share of a primary colour in a hue, both in sixths of the circle.
 double shareAt(double hue, double primary) {
   const double distance = std::abs(hue - primary);
   return std::clamp(2.0 - std::min(distance, 6.0 - distance), 0.0, 1.0);

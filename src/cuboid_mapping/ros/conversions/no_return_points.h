@@ -33,7 +33,7 @@ enum class NoReturnPoints : unsigned char {
 /// Bound of readings: those beyond it, of either sign, are infinite. float32 can hold it.
 constexpr double kMaxReading_m = 1e30;
 
-/// Kind of a reading without a return; kNone for a return.
+/// Kind of a reading without a return; kNone for any other number.
 [[nodiscard]] NoReturnPoints classifyReading(double number);
 
 /// Ranges in metres that stand for no return, such as the far clip of a simulated camera.

@@ -75,8 +75,7 @@ struct CloudLayout {
 }
 
 /// The layout that a message describes. An impossible number is replaced if the size of the data allows only one value:
-/// height or width 0, a point_step that is less than the fields x, y and z, and a row_step of 0 or of the whole cloud, if
-/// the rows have no gaps.
+/// height or width 0, a point_step that is less than the fields x, y and z, and any row_step, if the rows have no gaps.
 [[nodiscard]] inline CloudLayout layoutOf(const sensor_msgs::PointCloud2& cloud) {
   const std::uint64_t num_bytes = cloud.data.size();
   CloudLayout layout{cloud.width, cloud.height, cloud.point_step, cloud.row_step};

@@ -42,7 +42,7 @@ namespace cuboid_mapping_ros {
   return poses;
 }
 
-/// Poses of a topic, which nobody can edit: leaves out bad ones (not finite, no rotation, no stamp) if they are at
+/// Poses of a path: leaves out bad ones (not finite, no rotation, no stamp) if they are at
 /// most a twentieth; PoseTrack refuses more. Of one stamp the last counts.
 [[nodiscard]] inline std::vector<StampedPose> tidyPoses(std::vector<StampedPose> poses) {
   const auto is_bad = [](const StampedPose& pose) {

@@ -72,7 +72,8 @@ LaserBeams chooseBeams(const LaserScan& scan, const CloudOptions& options) {
 
 /// Corrects angles that contradict each other: an increment that is 0 or no number, or by which the scan goes round more
 /// than twice. Then the limits count, or if these go round too often, all angles are degrees. Of two angles that are
-/// possible, the increment counts, as in laser_geometry. @return The warning; empty if the angles agree.
+/// possible, the increment counts, as in laser_geometry. @return The warning; empty if the angles agree, or nothing
+/// makes them agree.
 std::string correctAngles(LaserScan& scan) {
   const auto is_sane = [](double span) {
     return span != 0.0 && std::abs(span) <= 4.0 * M_PI + 1e-3;  // Not NaN.

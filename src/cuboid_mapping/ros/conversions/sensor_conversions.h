@@ -60,7 +60,7 @@ struct SensorMessage {
 ///   - encoding 16UC1, 16SC1 or mono16: 0 is no measurement, and the greatest number is +inf; 32FC1. Both byte
 ///     orders, see findByteOrder(). An impossible step is replaced if rows have no gaps; larger pixels are refused;
 ///   - `length_unit_m` is the unit; if it is 0, whole numbers count millimetres, and 32FC1 metres (REP 118), or
-///     millimetres if half of the depths are whole numbers above 100. Depths that no camera measures in that
+///     millimetres if 19 of 20 depths are whole numbers, and half are above 100. Depths that no camera measures in that
 ///     unit are refused;
 ///   - compressed images of toCompressedImage() are decompressed first;
 ///   - an image of another size than the camera's is refused;

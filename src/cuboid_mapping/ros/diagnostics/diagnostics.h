@@ -69,7 +69,7 @@ struct SourceRate {
 struct NodeReport {
   NodeStatistics statistics;
   MapSummary map;
-  std::string cloud_topic;  ///< Topics after remapping, separated by commas.
+  std::string cloud_topic;  ///< Topics after remapping, separated by commas; robots' by spaces.
   std::string frame_id;     ///< Frame of the map.
   std::optional<LastCloud> last_cloud;
   std::optional<WindowFigures> window;        ///< Only with a window.
@@ -87,9 +87,9 @@ struct NodeReport {
   bool is_simulated_time = false;  ///< use_sim_time, as with bags.
   bool is_paused = false;          ///< ~pause: clouds are ignored.
   double silence_s = 0.0;          ///< Time since the last cloud, or since the start of the node.
-  double starved_s = 0.0;          ///< Time since the last insertion, or since the first cloud.
-  std::uint64_t num_built = 0;     ///< Number of messages built for the topics of octomap_server.
-  std::vector<SourceRate> rates;   ///< Cloud rate of each source.
+  double starved_s = 0.0;  ///< Time since the last insertion or empty cloud, or the first cloud.
+  std::uint64_t num_built = 0;    ///< Number of messages built for the topics of octomap_server.
+  std::vector<SourceRate> rates;  ///< Cloud rate of each source.
   std::optional<std::string> speed_advice;  ///< See SpeedWatch::advice().
   std::string autosave_error;          ///< Error of the last save to autosave_file; empty: none.
   std::uint64_t num_failures = 0;      ///< Callbacks that an exception has ended.
@@ -118,12 +118,13 @@ struct ReportSummary {
 ///   - the map could not be saved to autosave_file: error;
 ///   - no cloud has ever come: warning, or error if a topic is published with another type;
 ///   - clouds were dropped since the last report: warning with the most frequent reason, or
-///     error if none was inserted for kMaxStarved_s. Empty clouds, and those before the first transform, are
-///     no fault;
-///   - clouds wait for tf, as at the last report, and none was inserted since: the same levels;
-///   - no cloud for kMaxSilence_s: warning, or error after kErrorSilence_s. With simulated time and no
-///     publisher left, the recording has ended, and all is well. If all clouds were dropped, the message says
-///     why;
+///     error if none was inserted for kMaxStarved_s; during a pause always a warning. Empty clouds, and those
+///     before the first transform, are no fault;
+///   - clouds wait for tf, camera_info or their turn, as at the last report, and none was inserted since: the
+///     same levels;
+///   - no cloud for kMaxSilence_s: warning, or error after kErrorSilence_s if there is a publisher. With
+///     simulated time and no publisher left, the recording has ended, and all is well. If all clouds were dropped,
+///     the message says why;
 ///   - stamps are ahead of the clock by more than kMaxAhead_s: warning;
 ///   - else: all is well, with a hint if the stamps are old, as of a bag without simulated time.
 [[nodiscard]] ReportSummary summarize(const NodeReport& report, const NodeStatistics& last_report);
@@ -132,7 +133,7 @@ struct ReportSummary {
 [[nodiscard]] std::string describeAge(double age_s);
 
 /// Writes a report with one key for each figure; counts of faults only if they have occurred. It is an error, whatever
-/// summarize() says, if callbacks or the store of a window have failed since the last report.
+/// summarize() says, if callbacks or the store of a window have failed since the last report, or kept clouds are lost.
 void fillStatus(const NodeReport& report, const NodeStatistics& last_report,
                 diagnostic_updater::DiagnosticStatusWrapper& status);
 

@@ -50,7 +50,7 @@ class MapFiles : public MapFeature {
   const MapHost& host_;
   GuardedMap& map_;
   std::string frame_id_;
-  SnapshotLimits limits_;  ///< Limits of loaded files.
+  SnapshotLimits limits_;  ///< Limits of loads and saves.
   std::string autosave_file_;
   bool is_autosave_own_;     ///< This node has read or written it.
   std::string window_file_;  ///< Store of the window; empty: none.

@@ -33,8 +33,8 @@ namespace cuboid_mapping_ros {
 /// Builds a map from the observations of several robots, in the order of the stamps; see ObservationOrder. Asks
 /// robots for lost observations.
 ///
-/// Thread rule: the callbacks of both node handles may run side by side; all other calls belong to the
-/// thread of the first.
+/// Thread rule: the callbacks of both node handles may run side by side. report() and fillStatus() belong to the
+/// thread of the diagnostics; stopAsking() is thread-safe.
 class RobotMerger {
  public:
   struct Callbacks {
@@ -79,7 +79,7 @@ class RobotMerger {
   ObservationOrder order_;
   std::set<std::string> asked_;  ///< Robots that have not answered yet.
   std::uint64_t num_refused_ = 0;
-  std::uint64_t num_failed_ = 0;     ///< Observations that failed for lack of memory.
+  std::uint64_t num_failed_ = 0;     ///< Observations kept out by an exception.
   std::uint64_t num_asked_for_ = 0;  ///< Observations that came as answers.
   std::string last_refusal_;
 

@@ -199,7 +199,8 @@ class GuardedMap {
   /// Figures of the window; nothing without one.
   [[nodiscard]] std::optional<WindowFigures> windowFigures() const;
   /// Writes changes to the disk, some pages at a time, so that others get their turn.
-  /// @return Error, which the figures of the window count, too; empty: all is saved, or there is no window.
+  /// @return Error, which, if the disk failed, the figures of the window count, too; empty: all is saved, or there is no
+  /// window.
   [[nodiscard]] std::string save();
   /// Writes the sensor model of the map to the store.
   void saveHead();

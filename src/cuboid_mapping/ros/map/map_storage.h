@@ -53,7 +53,7 @@ struct StorageAnswer {
   std::string notes;  ///< Notes on the accuracy of a moved or merged map.
   std::size_t num_cuboids = 0;
   std::size_t num_bytes = 0;
-  std::uint64_t revision = 0;  ///< Revision of the saved map.
+  std::uint64_t revision = 0;  ///< Revision of the saved or moved map.
 };
 
 /// Saves the current map; the extension of the file chooses the format. The map is locked only while its bricks

@@ -16,7 +16,7 @@ namespace cuboid_mapping_ros {
 /// Runs callbacks so that no exception leaves them: it would end the process, and with it every nodelet of a
 /// manager.
 ///
-/// A failure is counted and logged, the same one every 10 s at most. Thread-safe.
+/// A failure is counted and logged; one that repeats the last, every 10 s at most. Thread-safe.
 class CallbackGuard {
  public:
   /// @param name  Name of the work, for the log.

@@ -16,7 +16,7 @@ namespace cuboid_mapping_ros {
 /// Thread-safe.
 class ServiceCalls {
  public:
-  /// @return false without an answer, or after stop().
+  /// @return false without an answer, if the service refuses, or after stop().
   template <typename ServiceT>
   [[nodiscard]] bool call(ros::NodeHandle& nh, const std::string& name, ServiceT& service) {
     const Running running(*this, nh.serviceClient<ServiceT>(name, /*persistent=*/true));

@@ -12,8 +12,8 @@ namespace cuboid_mapping_ros {
 /// One time for messages of several sources, whose clocks may differ, and some of whose stamps may be wrong.
 ///
 /// A step of the stamps by more than a second is believed when the next message of the source is nearer to it than to
-/// the stamps before: one leading stamp does not lead the others. Times do not go back: a source whose clock is set back,
-/// or is not that of the others, goes on from the latest time.
+/// the stamps before: one leading stamp does not lead the others. now_ns() does not go back: a source whose clock is set
+/// back, or is not that of the others, goes on from it.
 class StampClock {
  public:
   /// Notes a message. @return Its time; with a stamp that is not believed, that of the source's message before.

@@ -30,7 +30,8 @@ struct TfGap {
   double end_s = 0.0;    ///< ... and the first one after it.
 };
 
-/// tf2's buffer, with the gaps that tf2 interpolates across, however long they are. Thread-safe.
+/// tf2's buffer, with the gaps that tf2 interpolates across, however long they are. Thread-safe, but for
+/// setMaxGap().
 class TfBuffer : public tf2::BufferCore {
  public:
   /// @param max_gap_s  Shorter gaps are none; infinity: there are no gaps.
@@ -39,8 +40,8 @@ class TfBuffer : public tf2::BufferCore {
       : tf2::BufferCore(cache), cache_s_(cache.toSec()), max_gap_s_(max_gap_s) {}
 
   /// As tf2's, also for rotations that were written with few digits; see tidyTransform(). A stamp that leads its frame's
-  /// newest by more than half of the cache holds when the frame's next one is near it: tf2 would forget the right
-  /// transforms, and refuse those to come.
+  /// newest by more than half of the cache holds when the frame's next one is nearer to it than to the newest: tf2 would
+  /// forget the right transforms, and refuse those to come.
   bool setTransform(const geometry_msgs::TransformStamped& transform, const std::string& authority,
                     bool is_static = false);
   void clear();

@@ -46,8 +46,7 @@ struct TfLookup {
                                             const MetricBox& box_source);
 
 /// A transform for tf2: frames without the slash of old drivers, and a rotation of length 1, even if it was
-/// written with few digits (length 0.9 to 1.1). Otherwise tf2 would stretch rotated vectors by up to half a
-/// percent.
+/// written with few digits (length 0.9 to 1.1). Otherwise tf2 would stretch rotated vectors by up to one percent.
 [[nodiscard]] geometry_msgs::TransformStamped tidyTransform(
     geometry_msgs::TransformStamped transform);
 

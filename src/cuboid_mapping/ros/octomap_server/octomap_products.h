@@ -41,7 +41,7 @@ struct ShownLeaves {
 };
 
 /// Leaves of one class that share a height with [occupancy_min_z, occupancy_max_z]; leaves that reach beyond
-/// are divided. The octree lies around the map if the map is not around the origin.
+/// are divided. The octree lies around the map if it does not fit around the origin.
 /// @param kind  kBinary: leaves have one class; kFull: one log-odds, as in octomap_server.
 [[nodiscard]] ShownLeaves computeShownLeaves(const MapSnapshot& map, ShownCells cells,
                                              const OctomapServerParameters& parameters,

@@ -62,7 +62,7 @@ class OctomapServerFeature : public MapFeature {
  private:
   struct Topic {
     std::string name;
-    std::function<void()> publish;  ///< Called if there are subscribers.
+    std::function<void()> publish;  ///< Publishes if there are subscribers.
     bool is_due = false;
   };
   enum class Speckles : unsigned char { kKept, kAsAsked };

@@ -184,7 +184,7 @@ struct KnownKeys {
     }
   }
 
-  /// Whether it has a key, or a key without groups above it.
+  /// Whether it has a key, or a parameter in the place of a group above the key.
   [[nodiscard]] bool has(const std::string& key) const {
     return isOtherName(key, false) ||
            std::any_of(parameters.begin(), parameters.end(), [&key](const std::string& known) {

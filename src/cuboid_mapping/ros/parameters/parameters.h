@@ -91,7 +91,7 @@ struct SourceParameters {
 /// A closed volume, in metres.
 struct Solid {
   MetricBox bounds;  ///< Bounding box of the volume.
-  /// Whether a point lies in it. Thread-safe.
+  /// Whether a point within `bounds` lies in it. Thread-safe.
   std::function<bool(const Eigen::Vector3d& point)> contains;
 };
 
@@ -155,11 +155,12 @@ struct KeepParameters {
 /// Parameters of octomap_server that concern its topics.
 struct OctomapServerParameters {
   std::string base_frame_id = "base_footprint";  ///< Frame of the robot, z = 0 on the ground.
-  bool filter_speckles = false;     ///< Leave out occupied voxels without occupied neighbours.
-  double occupancy_min_z_m = -1e9;  ///< Lower cells are in no topic of octomap_server.
-  double occupancy_max_z_m = 1e9;   ///< Higher cells are in no topic of octomap_server.
-  double min_x_size_m = 0.0;        ///< Minimum size of projected_map.
-  double min_y_size_m = 0.0;        ///< Minimum size of projected_map.
+  bool filter_speckles = false;  ///< Leave out occupied voxels without occupied neighbours.
+  double occupancy_min_z_m =
+      -1e9;  ///< Lower cells are not in its markers, points and projected_map.
+  double occupancy_max_z_m = 1e9;  ///< Higher cells are not in these.
+  double min_x_size_m = 0.0;       ///< Minimum size of projected_map.
+  double min_y_size_m = 0.0;       ///< Minimum size of projected_map.
   int max_projection_mb = 100;  ///< Maximum size of projected_map: a byte per cell. No parameter.
 };
 
@@ -273,8 +274,8 @@ struct LoadedParameters {
 ///   - values in the group `defaults` hold where the parameter itself is not set (launch files);
 ///   - a group unlike any of the node's is taken for that of another node below this node's name,
 ///     and gives a warning;
-///   - other unknown keys are errors, or warnings with ignore_unknown. The text names the most similar known
-///     key.
+///   - other unknown keys are errors; outside the list of sources, warnings with ignore_unknown. The text names
+///     the most similar known key.
 ///
 /// @param private_namespace  A struct, nested for keys with a slash. Not set, or an empty string
 ///                           (which `nodelet load` leaves when there is no parameter): all
@@ -309,7 +310,7 @@ void readReferences(NodeParameters& parameters, const FindText& find_text);
 /// Maximum number of entries of an answer. @param entry_bytes  Size of an entry, > 0.
 [[nodiscard]] std::size_t maxEntries(const ServiceLimits& limits, std::size_t entry_bytes);
 
-/// Text such as "ended after 5 s (parameter query/max_time)". @pre why is not kNone.
+/// Text such as "ended by its time, at most 5 s (parameter query/max_time)". @pre why is not kNone.
 [[nodiscard]] std::string explain(BudgetLimit why, const ServiceLimits& limits);
 
 }  // namespace cuboid_mapping_ros

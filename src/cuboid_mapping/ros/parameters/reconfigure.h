@@ -40,7 +40,7 @@ namespace cuboid_mapping_ros {
 ///
 /// A request with any error changes nothing. Errors: a name that does not
 /// exist, a value that is refused at the start of the node, and a change of a parameter that is fixed
-/// while the node runs (with the reason).
+/// while the node runs (with the reason). Names that only octomap_server has are ignored.
 [[nodiscard]] LoadedParameters applyConfig(const NodeParameters& parameters,
                                            const dynamic_reconfigure::Config& request);
 
@@ -50,8 +50,8 @@ namespace cuboid_mapping_ros {
 /// This is own code because dynamic_reconfigure::Server clamps bad values instead of refusing the request,
 /// leaves names without slashes on the parameter server, waits for a master that is gone, and needs each
 /// parameter declared again.
-/// Thread rule: the queue of the node handle may have several threads. The master, which may be gone, gets the new
-/// values after the answer.
+/// Thread rule: the queue of the node handle may have several threads. The answer does not wait for the
+/// master, which may be gone.
 class ReconfigureServer {
  public:
   /// @param apply  Called with all parameters after each request that has changed some.

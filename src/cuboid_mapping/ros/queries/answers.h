@@ -53,7 +53,7 @@ void setInfo(const AnswerInfo& info, ResponseT& response) {
 /// Copies the status to the fields of ~query_box, which is older than AnswerInfo.
 void setInfo(const AnswerInfo& info, QueryBox::Response& response);
 
-/// Answers a service call: exceptions of answer() become refusals.
+/// Answers a service call: a Refusal or std::bad_alloc of answer() becomes a refusal.
 template <typename ServiceT>
 [[nodiscard]] typename ServiceT::Response answer(const MapInFrame& map,
                                                  const typename ServiceT::Request& request) {

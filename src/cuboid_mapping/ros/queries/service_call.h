@@ -96,8 +96,8 @@ class ServiceCall {
   /// Edges, finite and > 0, in the frame of the request.
   [[nodiscard]] static Eigen::Vector3d edges(const geometry_msgs::Vector3& size,
                                              const char* name = "size");
-  /// Edges, > 0, of the smallest box along the map's axes that contains a box with these edges and inflation on
-  /// all sides.
+  /// Edges, > 0, of the smallest box along the map's axes that contains a box with these edges, with inflation on
+  /// all sides of the enclosing box.
   [[nodiscard]] Eigen::Vector3d size(const geometry_msgs::Vector3& size, double inflation_m,
                                      const char* name = "size");
   /// A box with min < max, inflated, as the voxels that it overlaps.
@@ -124,7 +124,7 @@ class ServiceCall {
   [[nodiscard]] AnswerInfo& info() { return info_; }
 
   /// Reads the map, taking turns with others.
-  /// @param work  (const CuboidMap&, Budget&). @param max_time_s  Less than the limit.
+  /// @param work  (const CuboidMap&, Budget&). @param max_time_s  Limit of the request; the node's holds, too.
   template <typename WorkT>
   void read(std::size_t entry_bytes, const WorkT& work,
             double max_time_s = std::numeric_limits<double>::infinity()) {

@@ -112,7 +112,7 @@ class MapPublisher : public MapFeature {
   void publish() override;
 
  private:
-  // Called from the thread of the images.
+  // makeImage() and describeLeftOut() are called from the thread of the images.
   [[nodiscard]] ImageMessage makeImage(MapDetail detail) const;
   [[nodiscard]] MapLabel label(const ros::Time& stamp) const;
   /// Text about the part of the map that is on disk only; empty: none.
