@@ -35,7 +35,7 @@ FrontierTask readTask(ServiceCall& call, const GetFrontiers::Request& request) {
   return task;
 }
 
-constexpr Entries kNearestPoints{"points", 133};
+constexpr Entries kNearestPoints{"points", 113};
 constexpr Entries kPlacePoints{"points", 33};
 
 }  // namespace
