@@ -40,7 +40,7 @@ struct CorridorPortals {
 /// The overlaps of successive boxes. @param size  Edges of the robot, in voxels. @param clearance_m  Along x and
 /// y: CorridorTask::clearance_m.
 [[nodiscard]] CorridorPortals findPortals(const Grid& grid, const std::vector<CellBox>& boxes,
-                                          const Cell& size, double clearance_m);
+                                          const Cell& size, double clearance_m = 0.0);
 
 /// A short path from start to goal with one point in each portal; longer if the budget is spent before the end.
 [[nodiscard]] std::vector<Eigen::Vector3d> pullTight(const CorridorPortals& portals,
