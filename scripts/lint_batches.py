@@ -59,10 +59,13 @@ def local_names(text):
 
 
 def group_of(source):
-    """Sources of a group have one .clang-tidy. Those with headers of rviz stay among themselves: its Node is not ours."""
+    """Sources of a group have one .clang-tidy. Those with headers of rviz stay among themselves: its Node is not ours.
+
+    They are in src/rviz_display and benchmark/display.
+    """
     if source.parts[0] == 'test':
         return 'test'
-    return 'src-rviz' if source.parts[1] == 'rviz_display' else 'src'
+    return 'src-rviz' if source.parts[1] in ('rviz_display', 'display') else 'src'
 
 
 def make_batches(sources):
