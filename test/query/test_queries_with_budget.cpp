@@ -195,7 +195,7 @@ TEST(QueriesWithABudget, spendItWhileTheyReadNotBefore) {
   Budget half(QueryLimits{kForever_s, num_bricks / 2});
   const auto box = queryCells(map, kRoom, half);
   EXPECT_EQ(box.status, AnswerStatus::kBudgetSpent);
-  EXPECT_LT(box->unknown_volume_m3, 64000.0);
+  EXPECT_LT(box.value.unknown_volume_m3, 64000.0);
   Budget marks(QueryLimits{kForever_s, 7 * num_bricks});
   EXPECT_EQ(findFrontiers(map, {}, marks).status, AnswerStatus::kBudgetSpent) << "clusters cost";
 }
