@@ -18,7 +18,7 @@ import unittest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / 'scripts'))
 from benchmark_document import OF_OTHER_COMMITS, Reports, exponent, median_interval, processes_block  # noqa: E402
-from benchmark_runs import HEADLINES, Run, process_runs  # noqa: E402
+from benchmark_runs import HEADLINES, Run, all_runs, process_runs, scaling_runs  # noqa: E402
 
 
 def read_rows(text):
@@ -136,6 +136,10 @@ class KeptRunsTest(unittest.TestCase):
                 for other_commit in re.findall(r'commit `(\w+)`', blocks[name]):
                     options += [f'--{name}-commit', other_commit]
         self.expect_document('performance', 'benchmark', '--only-document', '--results', ROOT / 'doc/performance', *options)
+
+    def test_each_report_is_of_a_run(self):
+        runs = {run.name for run in [*all_runs(is_quick=False), *scaling_runs(is_large=True)]}
+        self.assertEqual({report.stem for report in (ROOT / 'doc/performance').glob('*/*.json')} - runs, set())
 
     def test_evaluation_md_and_the_table_of_the_method_are_made_of_the_runs_beside_them(self):
         self.expect_document('evaluation', 'evaluate', '--kept', pages=['method.md'])
