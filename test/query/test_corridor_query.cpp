@@ -243,6 +243,35 @@ TEST(CorridorQuery, takesTheWayThatIsShorterInMetres) {
   EXPECT_LT(shorter->length_m, 230.0);
 }
 
+/// Pillars, but for a lane around a straight line.
+CuboidMap pillars(const Eigen::Vector3d& from, const Eigen::Vector3d& to, Random& random) {
+  CuboidMap map(oneMetre());
+  const CellBox area{{0, 0, 0}, {64, 64, 3}};
+  map.replace(area, {{{area, -1.0F}}});
+  const Eigen::Vector3d along = (to - from).normalized();
+  for (int i = 0; i < 400; ++i) {
+    const Cell at{random.integer(0, 63), random.integer(0, 63), 0};
+    const Eigen::Vector3d beside = toVector(at) + Eigen::Vector3d(0.5, 0.5, from.z()) - from;
+    if (beside.cross(along).norm() < 3.0) continue;
+    const CellBox pillar{at, at + Cell{1, 1, 3}};
+    map.replace(pillar, {{{pillar, 1.0F}}});
+  }
+  return map;
+}
+
+TEST(CorridorQuery, goesStraightWhereTheRobotFits) {
+  CorridorTask task;
+  task.size_m = {1, 1, 1};
+  Random random(7);
+  for (int i = 0; i < 20; ++i) {
+    task.start_map = {random.integer(1, 62) + 0.5, 1.5, 1.5};
+    task.goal_map = {random.integer(1, 62) + 0.5, 62.5, 1.5};
+    const auto way = find(pillars(task.start_map, task.goal_map, random), task);
+    ASSERT_EQ(endOf(way), "found");
+    EXPECT_LT(way->length_m, 1.01 * (task.goal_map - task.start_map).norm()) << i;
+  }
+}
+
 /// The detour is closed while a search lets others change the map, each time at another moment.
 TEST(CorridorQuery, holdsInTheMapAsItIsInTheEndWhenOthersChangeIt) {
   CorridorTask task;

@@ -70,8 +70,9 @@ struct Corridor {
 /// a start to a goal.
 ///
 /// The places of the robot are the map eroded by its box, rounded up to voxels. A* (P. Hart, N. Nilsson, B.
-/// Raphael, 1968) searches them as boxes, into which each brick is divided when it is reached. The boxes along
-/// the way then grow in the map until they are maximal, and the path is shortened in them.
+/// Raphael, 1968) searches them as boxes, into which each brick is divided when it is reached. Straight lines take the
+/// place of parts of the way where the robot fits along them. The boxes along the way then grow in the map until they
+/// are maximal, and the path is shortened in them.
 ///
 /// A corridor is found if and only if the robot can go from voxel to voxel: places of its box on the grid, each
 /// a voxel beside the one before. It need not be the shortest. Clearance moves the path inside the boxes, and

@@ -66,6 +66,39 @@ Eigen::Vector3d coreAt(const RobotEnd& end, const CuboidMap& map, const RobotBox
 
 double distance(const Cell& a, const Cell& b) { return (toVector(a) - toVector(b)).norm(); }
 
+/// Appends the places behind the first one of a straight line, each beside the one before. @return false: the robot
+/// does not fit at all of them, and nothing is appended.
+bool appendLine(FitField& field, const Cell& from, const Cell& to, std::vector<Cell>& way) {
+  const std::size_t size_before = way.size();
+  // Parts of the line: between two voxels along each axis, and up to the next one.
+  const Eigen::Vector3d period = (toVector(to) - toVector(from)).cwiseAbs().cwiseInverse();
+  Eigen::Vector3d next = 0.5 * period;
+  for (Cell place = from; place != to;) {
+    int axis = 0;
+    next.minCoeff(&axis);
+    next[axis] += period[axis];
+    place[axis] += to[axis] > from[axis] ? 1 : -1;
+    if (!field.fits(place)) {
+      way.resize(size_before);
+      return false;
+    }
+    way.push_back(place);
+  }
+  return true;
+}
+
+/// A way with straight lines where the robot fits along them. @param way  As of PlaceSearch::toWay().
+std::vector<Cell> straighten(FitField& field, const std::vector<Cell>& way) {
+  std::vector<Cell> straight{way.front()};
+  for (std::size_t at = 0; at + 1 < way.size();) {
+    std::size_t gap = way.size() - 1 - at;
+    while (gap > 1 && !appendLine(field, way[at], way[at + gap], straight)) gap /= 2;
+    at += gap;
+    if (gap == 1) straight.push_back(way[at]);
+  }
+  return straight;
+}
+
 /// A* over a PlaceGraph, from starts to the places of a goal.
 class PlaceSearch {
  public:
@@ -199,7 +232,7 @@ class CorridorSearch {
     if (status == AnswerStatus::kNotFound && endNear(search)) status = AnswerStatus::kFound;
     if (status == AnswerStatus::kNotFound) return notFound(Blocked::kBetween);
     corridor_.num_visited = graph_.numNodes();
-    if (status == AnswerStatus::kFound) makeCorridor(search.toWay());
+    if (status == AnswerStatus::kFound) makeCorridor(straighten(field_, search.toWay()));
     return {status, std::move(corridor_)};
   }
 
