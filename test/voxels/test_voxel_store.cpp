@@ -211,6 +211,13 @@ void expectBox(const VoxelStore& store, const Bricks& bricks, const CellBox& box
   std::set<Cell> visited;
   store.forEachIn(box, [&](const VoxelBrick& brick) { visited.insert(brick.brick); });
   EXPECT_EQ(visited, expected) << box;
+  std::size_t num_visited = 0;
+  const std::size_t last = (expected.size() + 1) / 2;
+  const Visit end = store.visitIn(box, [&](const VoxelBrick& /*brick*/) {
+    return ++num_visited == last ? Visit::kStop : Visit::kContinue;
+  });
+  EXPECT_EQ(end, expected.empty() ? Visit::kContinue : Visit::kStop);
+  EXPECT_EQ(num_visited, last);
 }
 
 TEST(VoxelStore, agreesWithPlainBricksThroughRandomChanges) {

@@ -20,16 +20,15 @@ namespace cuboid_mapping {
 template <typename VisitorT>
 bool visitValues(const CuboidMap& map, const CellBox& box, Budget& budget, VisitorT visit) {
   if (box.isEmpty()) return true;
-  bool is_complete = true;
-  map.voxels().forEachIn(box, [&](const VoxelBrick& brick) {
-    is_complete = is_complete && budget.spend();
-    if (!is_complete) return;
+  const Visit end = map.voxels().visitIn(box, [&](const VoxelBrick& brick) {
+    if (!budget.spend()) return Visit::kStop;
     const BrickMask part = BrickMask::ofBox(intersect(box, brickBox(brick.brick)));
     brick.voxels.forEachValue([&](float log_odds, const BrickMask& voxels) {
       if (const int count = (voxels & part).count(); count > 0) visit(log_odds, count);
     });
+    return Visit::kContinue;
   });
-  return is_complete;
+  return end == Visit::kContinue;
 }
 
 /// Mean probability of the known voxels of a box, of a cuboid for instance; kNotFound when none is known.

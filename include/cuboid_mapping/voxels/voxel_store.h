@@ -2,6 +2,7 @@
 #pragma once
 
 #include "cuboid_mapping/geometry/function_ref.h"
+#include "cuboid_mapping/occupancy/cuboid_filter.h"
 #include "cuboid_mapping/scan/brick_update.h"
 #include "cuboid_mapping/voxels/packed_voxels.h"
 
@@ -63,6 +64,8 @@ class VoxelStore {
   /// Like forEach(), for the bricks that share a cell with a box.
   /// @complexity O(bricks of the box, or all known bricks if these are fewer).
   void forEachIn(const CellBox& box, FunctionRef<void(const VoxelBrick&)> visit) const;
+  /// Like forEachIn(), until visit returns kStop. @return The last answer; kContinue without one.
+  Visit visitIn(const CellBox& box, FunctionRef<Visit(const VoxelBrick&)> visit) const;
 
   /// Copies of these bricks, along the Morton curve. @complexity As forEachIn(), and O(n log n) for n bricks.
   [[nodiscard]] std::vector<VoxelBrick> copyIn(const CellBox& box) const;

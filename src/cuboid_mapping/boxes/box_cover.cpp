@@ -70,10 +70,11 @@ CuboidMap copyOf(const CuboidMap& map, const CellBox& region, Budget& budget) {
   CuboidMap copy(config);
   std::vector<VoxelBrick> bricks;
   const auto put = [&] { copy.replace(std::exchange(bricks, {})); };
-  map.voxels().forEachIn(region, [&](const VoxelBrick& brick) {
-    if (!budget.spend()) return;
+  map.voxels().visitIn(region, [&](const VoxelBrick& brick) {
+    if (!budget.spend()) return Visit::kStop;
     bricks.push_back(brick);
     if (bricks.size() == kAtOnce) put();
+    return Visit::kContinue;
   });
   put();
   return copy;

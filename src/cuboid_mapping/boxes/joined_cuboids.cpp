@@ -29,12 +29,12 @@ class Joiner {
  public:
   Joiner(const CuboidMap& map, const CellBox& region, CuboidFilter classes, Budget& budget) {
     std::vector<const Brick*> bricks;
-    bool is_complete = true;
-    map.voxels().bricks().forEachIn(region, [&](const Brick& brick) {
-      is_complete = is_complete && budget.spend();
-      if (is_complete) bricks.push_back(&brick);
+    const Visit end = map.voxels().bricks().visitIn(region, [&](const Brick& brick) {
+      if (!budget.spend()) return Visit::kStop;
+      bricks.push_back(&brick);
+      return Visit::kContinue;
     });
-    if (!is_complete) return;
+    if (end == Visit::kStop) return;
     std::sort(bricks.begin(), bricks.end(), [](const Brick* a, const Brick* b) {
       return isBeforeOnMortonCurve(a->brick, b->brick);
     });

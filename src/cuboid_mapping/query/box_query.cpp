@@ -20,19 +20,18 @@ Occupancy BoxQueryResult::occupancy() const {
 Answer<BoxQueryResult> queryCells(const CuboidMap& map, const CellBox& box, Budget& budget) {
   double free_voxels = 0.0;
   double occupied_voxels = 0.0;
-  bool is_complete = true;
-  map.voxels().forEachIn(box, [&](const VoxelBrick& brick) {
-    is_complete = is_complete && budget.spend();
-    if (!is_complete) return;
+  const Visit end = map.voxels().visitIn(box, [&](const VoxelBrick& brick) {
+    if (!budget.spend()) return Visit::kStop;
     const BrickMask part = BrickMask::ofBox(intersect(box, brickBox(brick.brick)));
     free_voxels += (brick.voxels.free() & part).count();
     occupied_voxels += (brick.voxels.occupied() & part).count();
+    return Visit::kContinue;
   });
   const double voxel_m3 = map.grid().voxelVolume();
   const double unknown_voxels = box.numVoxels() - free_voxels - occupied_voxels;
   const BoxQueryResult result{box, free_voxels * voxel_m3, occupied_voxels * voxel_m3,
                               unknown_voxels * voxel_m3};
-  return {is_complete ? AnswerStatus::kFound : AnswerStatus::kBudgetSpent, result};
+  return {end == Visit::kStop ? AnswerStatus::kBudgetSpent : AnswerStatus::kFound, result};
 }
 
 Answer<BoxQueryResult> queryBox(const CuboidMap& map, const MetricBox& box_map, Budget& budget) {

@@ -37,11 +37,12 @@ BrickMask frontierOf(const VoxelStore& voxels, const VoxelBrick& brick) {
 
 FrontierTable markFrontiers(const CuboidMap& map, const CellBox& region, Budget& budget) {
   FrontierTable table;
-  map.voxels().forEachIn(region, [&](const VoxelBrick& brick) {
-    if (!budget.spend(7)) return;
+  map.voxels().visitIn(region, [&](const VoxelBrick& brick) {
+    if (!budget.spend(7)) return Visit::kStop;
     const BrickMask part = BrickMask::ofBox(intersect(region, brickBox(brick.brick)));
     const BrickMask frontier = frontierOf(map.voxels(), brick) & part;
     if (!frontier.isEmpty()) table.findOrAdd(brick.brick).voxels = frontier;
+    return Visit::kContinue;
   });
   return table;
 }

@@ -89,8 +89,10 @@ class VoxelSet {
 
   template <typename VisitorT>
   void visit(const CellBox& box, VisitorT visit_part) const {
-    items_.forEachIn(box, [&](const Item& item) {
-      if (budget_->spend()) visit_part(item, intersect(box, brickBox(item.brick)));
+    items_.visitIn(box, [&](const Item& item) {
+      if (!budget_->spend()) return Visit::kStop;
+      visit_part(item, intersect(box, brickBox(item.brick)));
+      return Visit::kContinue;
     });
   }
   [[nodiscard]] static BrickMask partOf(const CellBox& box, const Cell& brick) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "cuboid_mapping/geometry/brick.h"
+#include "cuboid_mapping/occupancy/cuboid_filter.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -123,18 +124,30 @@ class BrickTable {
   }
   ///@}
 
-  /// Calls visit(item) for each item whose brick shares a cell with a box.
-  /// @complexity O(bricks of the box), or O(slots of the table) if these are fewer.
+  /// Calls visit(item) -> Visit for each item whose brick shares a cell with a box, until it is kStop.
+  /// @return The last answer. @complexity O(bricks of the box), or O(slots of the table) if these are fewer.
+  template <typename VisitorT>
+  Visit visitIn(const CellBox& box, VisitorT visit) const {
+    const auto stops = [&](const ItemT& item) { return visit(item) == Visit::kStop; };
+    bool is_stopped = false;
+    if (numBricks(box) > static_cast<double>(slots_.size())) {
+      is_stopped = std::any_of(slots_.begin(), slots_.end(), [&](std::uint32_t index) {
+        return index != kFree && brickBox(item(index).brick).intersects(box) && stops(item(index));
+      });
+    } else {
+      is_stopped = anyBrick(box, [&](const Cell& brick) {
+        const ItemT* found = find(brick);
+        return found != nullptr && stops(*found);
+      });
+    }
+    return is_stopped ? Visit::kStop : Visit::kContinue;
+  }
+  /// Calls visit(item) for each item whose brick shares a cell with a box. @complexity As visitIn().
   template <typename VisitorT>
   void forEachIn(const CellBox& box, VisitorT visit) const {
-    if (numBricks(box) > static_cast<double>(slots_.size())) {
-      forEach([&](const ItemT& item) {
-        if (!intersect(brickBox(item.brick), box).isEmpty()) visit(item);
-      });
-      return;
-    }
-    forEachBrick(box, [&](const Cell& brick) {
-      if (const ItemT* found = find(brick)) visit(*found);
+    (void)visitIn(box, [&](const ItemT& item) {
+      visit(item);
+      return Visit::kContinue;
     });
   }
 

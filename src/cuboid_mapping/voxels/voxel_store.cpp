@@ -57,6 +57,10 @@ void VoxelStore::forEachIn(const CellBox& box, FunctionRef<void(const VoxelBrick
   bricks_->forEachIn(box, visit);
 }
 
+Visit VoxelStore::visitIn(const CellBox& box, FunctionRef<Visit(const VoxelBrick&)> visit) const {
+  return bricks_->visitIn(box, visit);
+}
+
 std::vector<VoxelBrick> VoxelStore::copyIn(const CellBox& box) const {
   std::vector<VoxelBrick> bricks;
   bricks.reserve(maxBricksIn(box));
