@@ -25,9 +25,10 @@ struct MotionContact {
 constexpr double kMotionTolerance = 1.0 / 32.0;
 
 /// Reason why checkMotion() cannot answer, and the cure; empty if it can.
+/// @param name  What the reason calls the poses.
 [[nodiscard]] std::string findFault(const Body& body,
                                     const std::vector<Eigen::Isometry3d>& T_map_body,
-                                    const Grid& grid);
+                                    const Grid& grid, const std::string& name = "poses");
 
 /// Moves a body from pose to pose, and finds the first obstacle that it meets.
 ///

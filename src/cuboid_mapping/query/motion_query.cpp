@@ -46,8 +46,6 @@ class MotionHalving {
   double sway_;  ///< Sway of the whole motion, in voxels.
 };
 
-std::string nameOf(std::size_t pose) { return "poses[" + std::to_string(pose) + ']'; }
-
 }  // namespace
 
 BodyMotion::BodyMotion(const Eigen::Isometry3d& from, const Eigen::Isometry3d& to)
@@ -82,18 +80,19 @@ bool isFree(BodyProbe& probe, const BodyMotion& motion) {
 }
 
 std::string findFault(const Body& body, const std::vector<Eigen::Isometry3d>& T_map_body,
-                      const Grid& grid) {
+                      const Grid& grid, const std::string& name) {
   std::string fault = findFault(body, grid);
   if (!fault.empty()) return fault;
-  if (T_map_body.empty()) return "there are no poses: give at least one";
+  if (T_map_body.empty()) return "there are no " + name + ": give at least one";
+  const auto name_of = [&](std::size_t i) { return name + '[' + std::to_string(i) + ']'; };
   const double range_m = rangeOf(body, grid);
   for (std::size_t i = 0; i < T_map_body.size(); ++i) {
     if (!isPose(T_map_body[i], range_m)) {
-      return nameOf(i) +
+      return name_of(i) +
              " must be finite and within the range of the grid, with a quaternion of length 1";
     }
     if (i != 0 && BodyMotion(T_map_body[i - 1], T_map_body[i]).isHalfTurn()) {
-      return nameOf(i - 1) + " to " + nameOf(i) +
+      return name_of(i - 1) + " to " + name_of(i) +
              " is half a turn, which could go either way: give a pose in between";
     }
   }

@@ -7,7 +7,6 @@
 #include "cuboid_mapping/ros/queries/service_call.h"
 
 #include <tf2_eigen/tf2_eigen.h>
-#include <boost/algorithm/string/replace.hpp>
 
 #include <numeric>
 
@@ -109,8 +108,7 @@ std::vector<PosesOfPath> readAllPoses(const ServiceCall& call, const CheckPath::
   for (const Path& path : paths) {
     all.push_back(readPoses(call, request, first, path.size()));
     first += path.size();
-    std::string fault = findFault(body, all.back(), call.map().grid());
-    boost::replace_all(fault, "poses[", "waypoints[");
+    const std::string fault = findFault(body, all.back(), call.map().grid(), "waypoints");
     if (!fault.empty()) throw Refusal("path " + std::to_string(all.size() - 1) + ": " + fault);
   }
   return all;
