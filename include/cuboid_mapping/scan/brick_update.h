@@ -63,8 +63,8 @@ struct ScanUpdate {
   std::vector<BrickUpdate> bricks;  ///< One for each touched brick, along the Morton curve.
   std::vector<Cell> samples;        ///< Cells drawn along the beams, see BeamSampling.
   std::size_t num_points = 0;       ///< Beams that took part: points, no-returns, open ends.
-  std::size_t num_out_of_range =
-      0;  ///< Beams left out: an end is not finite, or outside the grid after the cut.
+  /// Beams left out: an end is not finite, or outside the grid after the cut.
+  std::size_t num_out_of_range = 0;
   /// Beams left out: longer than kMaxBeamVoxels after the cut, or of a sensor too far from the first, see ScanUpdater.
   std::size_t num_too_far = 0;
 };

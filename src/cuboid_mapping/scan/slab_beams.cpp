@@ -93,7 +93,7 @@ Longs setUp(const RayBatch& rays, const Cell& base, int first, SlabBeams& beams)
   setUpAcross(pick(is_z, y, z), along, is_backward, first, beams.word);
 
   store(is_z ? Longs{} + 2 : is_y & 1, &beams.along[first]);
-  store(along.num_borders, &beams.num_slabs[first]);
+  store(along.num_borders, &beams.num_borders[first]);
   store(along.from(is_backward) & 7, &beams.slabs[first]);
   store(is_backward, &beams.backward[first]);
   store(x.from(is_backward) >> 3 | y.from(is_backward) >> 3 << kBrickKeyBits |

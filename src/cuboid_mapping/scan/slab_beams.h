@@ -30,7 +30,7 @@ struct AcrossAxes {
 /// Beams in arrays, each set up for a walk up its longest axis, from its origin to its end or back.
 struct SlabBeams {
   /// Borders that the beam crosses on its longest axis.
-  alignas(32) double num_slabs[RayBatch::kSize];
+  alignas(32) double num_borders[RayBatch::kSize];
   alignas(32) std::int64_t along[RayBatch::kSize];  ///< The longest axis.
   alignas(32) std::int64_t keys[RayBatch::kSize];   ///< Number of the brick where the walk begins.
   alignas(32) std::int64_t slabs[RayBatch::kSize];  ///< Slab of that brick where the walk begins.

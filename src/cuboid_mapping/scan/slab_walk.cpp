@@ -255,7 +255,7 @@ bool walkBricks(const SlabBeams& beams, std::size_t beam, SlabMarks marks, int n
       Lanes{} + static_cast<std::int32_t>(beams.row.mirrors[beam] | beams.word.mirrors[beam] << 3);
   auto key = static_cast<BrickKey>(beams.keys[beam]);
   bool is_end = true;
-  int last = first + static_cast<int>(beams.num_slabs[beam]);
+  int last = first + static_cast<int>(beams.num_borders[beam]);
   // A step off a border may have taken a slab, and the longest of equal axes may be another one.
   const int num_sure = std::max(num_done - 2, 0);
   const bool is_backward = beams.backward[beam] != 0;

@@ -60,8 +60,8 @@ struct MapHost {
   GuardedQueue& slow_queue;  ///< For work of seconds, such as octrees: one thread of all features.
   const std::atomic<bool>& is_stopping;  ///< The node ends: ends long calls.
   std::function<bool()> is_paused;       ///< ~pause: nothing goes into the map.
-  std::function<void()>
-      publish_soon;  ///< Publishes a change that no cloud has made, within publish_rate.
+  /// Publishes a change that no cloud has made, within publish_rate.
+  std::function<void()> publish_soon;
   std::function<void()> note_replaced;  ///< Calls onReplaced() of all features, between two clouds.
   /// Counts an observation that is not one of the node's sources.
   std::function<void(const std_msgs::Header&)> note_received;
