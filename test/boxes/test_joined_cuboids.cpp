@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <limits>
 #include <map>
 
@@ -139,6 +140,24 @@ TEST(JoinedCuboids, leaveOutWhatTheBudgetDoesNotReach) {
   EXPECT_EQ(joined.status, AnswerStatus::kBudgetSpent);
   ASSERT_EQ(joined.value.size(), 1U);
   EXPECT_EQ(joined.value[0].box.max.x, 32);
+}
+
+TEST(JoinedCuboids, letOthersHaveTheirTurnAndEndSoonWhileTheyAreJoined) {
+  CuboidMap map;
+  const CellBox area{{0, 0, 0}, {160, 160, 160}};
+  map.replace(area, {{{area, -1.0F}}});
+  std::atomic<bool> is_stopped{false};
+  int num_turns = 0;
+  const auto yield = [&] { is_stopped = ++num_turns == 20; };
+  Budget budget(QueryLimits{}, {yield, 0.0, &is_stopped});
+  const auto joined = joinCuboids(map, kAllCells, CuboidFilter::kAll, budget);
+  EXPECT_EQ(joined.status, AnswerStatus::kBudgetSpent);
+  EXPECT_EQ(num_turns, 20);
+  EXPECT_GT(joined.value.size(), 1U);
+  EXPECT_LT(joined.value.size(), 8000U);
+  double num_voxels = 0.0;
+  for (const Cuboid& cuboid : joined.value) num_voxels += cuboid.box.numVoxels();
+  EXPECT_EQ(num_voxels, area.numVoxels());
 }
 
 }  // namespace

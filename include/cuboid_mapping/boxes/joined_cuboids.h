@@ -22,7 +22,7 @@ namespace cuboid_mapping {
 /// Cases:
 ///   - an empty region, or nothing known in it: kNotFound;
 ///   - kAllCells: the whole map;
-///   - kBudgetSpent: with some of them, or none.
+///   - kBudgetSpent: with some of them, or none; if its time is over, not all of these are joined.
 ///
 /// @param classes  Classes to join, each by itself.
 /// @complexity O(bricks of the region, or all known bricks if these are fewer; and cuboids), about

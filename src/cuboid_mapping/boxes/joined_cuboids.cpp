@@ -27,22 +27,21 @@ struct Tiles {
 /// share a whole face their parts at that face do, too: therefore one pass along each axis joins all.
 class Joiner {
  public:
-  Joiner(const CuboidMap& map, const CellBox& region, CuboidFilter classes, Budget& budget) {
-    std::vector<const Brick*> bricks;
+  Joiner(const CuboidMap& map, const CellBox& region, CuboidFilter classes, Budget& budget)
+      : budget_(budget) {
+    std::vector<BrickRef> bricks;
     const Visit end = map.voxels().bricks().visitIn(region, [&](const Brick& brick) {
       if (!budget.spend()) return Visit::kStop;
-      bricks.push_back(&brick);
+      bricks.push_back({brick.brick, &brick});
       return Visit::kContinue;
     });
     if (end == Visit::kStop) return;
-    std::sort(bricks.begin(), bricks.end(), [](const Brick* a, const Brick* b) {
-      return isBeforeOnMortonCurve(a->brick, b->brick);
-    });
+    sortBricks(bricks);
     const bool are_kept = map.config().fusion == FusionKind::kClass;
     tiles_.reserve(bricks.size());
-    for (const Brick* brick : bricks) {
+    for (const BrickRef& at : bricks) {
       if (!budget.spend()) break;
-      add(*brick, region, classes, are_kept);
+      add(*at.content, region, classes, are_kept);
     }
     for (Tiles& tiles : tiles_) {
       for (int axis = 0; axis < 3; ++axis) {
@@ -54,7 +53,11 @@ class Joiner {
   }
 
   void joinAlong(int axis) {
+    constexpr Index kTilesPerLook = 256;
     for (Index at = 0; at < tiles_.size(); ++at) {
+      // What max_bricks has let in is joined.
+      const bool is_look = at % kTilesPerLook == 0;
+      if (is_look && !budget_.checkClock() && budget_.whyEnded() != BudgetLimit::kBricks) return;
       for (Index i = tiles_[at].first; i < tiles_[at].end; ++i) {
         if (!cuboids_[i].box.isEmpty()) grow(axis, at, cuboids_[i]);
       }
@@ -69,6 +72,12 @@ class Joiner {
   }
 
  private:
+  /// A brick of the map; copies of its cell are sorted faster than what pointers point to.
+  struct BrickRef {
+    Cell brick;
+    const Brick* content;
+  };
+
   void add(const Brick& brick, const CellBox& region, CuboidFilter classes, bool are_kept) {
     const auto first = static_cast<Index>(cuboids_.size());
     const auto add_box = [&](PackedBox box, Occupancy occupancy) {
@@ -126,6 +135,7 @@ class Joiner {
     Cell brick;
     Index tiles = 0;
   };
+  Budget& budget_;
   std::vector<Cuboid> cuboids_;  ///< Cuboids by tiles; removed ones are empty.
   std::vector<Tiles> tiles_;     ///< Tiles along the Morton curve.
   BrickTable<Entry> table_;
