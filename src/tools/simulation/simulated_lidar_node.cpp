@@ -90,7 +90,7 @@ class ParameterReader {
 class ClockSource {
  public:
   ClockSource(ros::NodeHandle& node, double rate)
-      : publisher_(node.advertise<rosgraph_msgs::Clock>("/clock", 10)), rate_(rate) {}
+      : publisher_(node.advertise<rosgraph_msgs::Clock>("/clock", 100)), rate_(rate) {}
 
   [[nodiscard]] ros::Time now() const { return now_; }
 
