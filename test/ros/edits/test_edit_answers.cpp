@@ -259,6 +259,7 @@ TEST_F(EditAnswers, RefusePlatesAndRodsOfTooManyBricks) {
 }
 
 TEST_F(EditAnswers, LetCloudsInWhileALargeBoxIsSet) {
+  in_frame_.limits.max_time_s = 600.0;  // A sanitizer is slow.
   SetBox::Request request;
   request.occupancy = SetBox::Request::OCCUPIED;
   request.lock = true;
