@@ -164,6 +164,18 @@ TEST_F(ServiceLimitsTest, CutCuboidsAndGraphs) {
   expectCut(answer<GetFreeGraph>(withEntries(4), graph), " entries and ");
 }
 
+TEST_F(ServiceLimitsTest, LeaveOutCuboidsWhoseValuesAreNotRead) {
+  GetCuboids::Request request;
+  request.everything = true;
+  request.classes = GetCuboids::Request::OCCUPIED;
+  GetCuboids::Response cut;
+  int max_bricks = 0;
+  do {
+    cut = answer<GetCuboids>(withBricks(++max_bricks), request);
+    for (const MapCuboid& cuboid : cut.cuboids) EXPECT_GT(cuboid.probability, 0.5F) << max_bricks;
+  } while (cut.info.truncated);
+}
+
 TEST_F(ServiceLimitsTest, CutTheCuboidsOfABox) {
   QueryBox::Request request;
   request.min = point(0, 0, 0);

@@ -61,8 +61,9 @@ bool addCuboids(const CuboidMap& map, const Answer<std::vector<Cuboid>>& selecte
                 std::vector<MapCuboid>& cuboids) {
   cuboids.reserve(selected.value.size());
   for (const Cuboid& cuboid : selected.value) {
-    if (!budget.spend()) break;
-    cuboids.push_back(cuboidMessage(map, cuboid, budget));
+    const MapCuboid message = cuboidMessage(map, cuboid, budget);
+    if (!budget.spend()) break;  // Its probability may not have been read.
+    cuboids.push_back(message);
   }
   return selected.status == AnswerStatus::kBudgetSpent;
 }
