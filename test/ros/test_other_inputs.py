@@ -143,6 +143,29 @@ class OtherInputsTest(InputCase):
         self.map_bags('doubles', '--set', f'resolution={RESOLUTION_M}')
         self.assertEqual(self.voxels('doubles'), {(5572099.15, 466880.25, 330.05)})
 
+    def test_a_pcd_that_pcl_would_misread_is_refused(self):
+        def map_pcd(header, rows, status=0):
+            folder = self.folder / 'cloud/pcd'
+            folder.mkdir(parents=True, exist_ok=True)
+            (folder / '0.pcd').write_text(header + ''.join(row + '\n' for row in rows), encoding='utf-8')
+            return self.map_bags('cloud', '--set', f'resolution={RESOLUTION_M}', status=status)
+
+        header = 'FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 4\nHEIGHT 1\nPOINTS 4\nDATA ascii\n'
+        rows = [' '.join(map(str, point)) for point in ROW]
+        map_pcd('# .PCD v0.7\n\nVERSION .7\n' + header, rows)
+        self.assertEqual(self.voxels('cloud'), set(ROW))
+        self.assertIn('line 5 is not one of a PCD header', map_pcd(header.replace('WIDTH', 'AUTHOR me\nWIDTH'), rows, 1))
+        self.assertIn('line 1 is not one of a PCD header', map_pcd('\ufeff# .PCD\n' + header, rows, 1))
+        self.assertIn('line 1 is not one of a PCD header', map_pcd('ply\n', rows, 1))
+        self.assertIn('no DATA', map_pcd('', [], 1))
+        decimals = rows[:1] + [row.replace('.', ',') for row in rows[1:]]
+        self.assertIn('point 2 must be 3 numbers with decimal points', map_pcd(header, decimals, 1))
+        self.assertIn('point 1 must be 3 numbers', map_pcd(header, [row + ' 7' for row in rows], 1))
+        self.assertIn('its POINTS are 4, but it has 5', map_pcd(header, rows + rows[:1], 1))
+        (self.folder / 'cloud/pcd/0.pcd').unlink()
+        os.mkfifo(self.folder / 'cloud/pcd/0.pcd')
+        self.assertIn('there is no such file', self.map_bags('cloud', status=1))
+
     # Changes during a recording.
 
     def test_static_transforms_that_contradict_each_other_are_named(self):
