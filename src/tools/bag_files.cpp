@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "bag_files.h"
 
+#include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/text.h"
 
 #include <ros/serialization.h>
@@ -13,9 +14,12 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
 #include <iomanip>
 #include <sstream>
 #include <stdexcept>
+#include <system_error>
 
 namespace cuboid_mapping_ros {
 namespace {
@@ -39,6 +43,12 @@ void allowOpenFiles(std::size_t num_bags) {
 std::unique_ptr<rosbag::Bag> openBag(const std::string& file) {
   const std::string subject = "cannot read " + file + " as a rosbag: ";
   if (access(file.c_str(), R_OK) != 0) throw std::runtime_error(subject + std::strerror(errno));
+  cuboid_mapping::requireFile(file);
+  if (!isRosbag(file)) {
+    throw std::runtime_error(subject +
+                             "it does not begin as those of ROS 1 do. rosbags-convert makes one of "
+                             "a bag of ROS 2");
+  }
   try {
     return std::make_unique<rosbag::Bag>(file);
   } catch (const rosbag::BagUnindexedException&) {
@@ -55,6 +65,16 @@ std::unique_ptr<rosbag::Bag> openBag(const std::string& file) {
 }
 
 }  // namespace
+
+bool isRosbag(const std::string& file) {
+  constexpr char kMagic[] = "#ROSBAG V";
+  std::string start(sizeof(kMagic) - 1, '\0');
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error)) return false;  // A pipe would be waited for.
+  std::ifstream(file, std::ios::binary)
+      .read(start.data(), static_cast<std::streamsize>(start.size()));
+  return start == kMagic;
+}
 
 std::string withSlash(const std::string& topic) {
   return topic.empty() || topic.front() != '/' ? '/' + topic : topic;

@@ -2,6 +2,7 @@
 // Messages of rosbags, which may be damaged: readable parts are read, others are counted.
 #pragma once
 
+#include <ros/message_traits.h>
 #include <ros/time.h>
 #include <rosbag/bag.h>
 #include <rosbag/message_instance.h>
@@ -11,11 +12,15 @@
 #include <exception>
 #include <memory>
 #include <set>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
 namespace cuboid_mapping_ros {
+
+/// Whether a file begins as a rosbag of ROS 1.
+[[nodiscard]] bool isRosbag(const std::string& file);
 
 /// A topic with a leading slash, as recorders write it.
 [[nodiscard]] std::string withSlash(const std::string& topic);
@@ -44,7 +49,12 @@ class BagFiles {
   template <typename MessageT>
   [[nodiscard]] boost::shared_ptr<MessageT> read(const BagMessage& message) {
     boost::shared_ptr<MessageT> read;
-    access(message, [&] { read = message.instance.instantiate<MessageT>(); });
+    access(message, [&] {
+      read = message.instance.instantiate<MessageT>();
+      const std::string& type = message.instance.getDataType();
+      if (read || type != ros::message_traits::datatype<MessageT>()) return;
+      throw std::runtime_error(type + " has another definition there: try rosbag fix");
+    });
     return read;
   }
 

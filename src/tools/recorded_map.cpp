@@ -14,7 +14,6 @@
 #include <cstddef>
 #include <deque>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <optional>
 #include <set>
@@ -265,11 +264,7 @@ class MapBag {
 }  // namespace
 
 bool isBagFile(const std::string& file) {
-  constexpr char kMagic[] = "#ROSBAG V";
-  std::string start(sizeof(kMagic) - 1, '\0');
-  std::ifstream(file, std::ios::binary)
-      .read(start.data(), static_cast<std::streamsize>(start.size()));
-  return start == kMagic || std::filesystem::path(file).extension() == ".bag";
+  return isRosbag(file) || std::filesystem::path(file).extension() == ".bag";
 }
 
 RecordedMap readRecordedMap(const std::string& file, const RecordedMapOptions& options,

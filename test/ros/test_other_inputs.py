@@ -228,6 +228,23 @@ class OtherInputsTest(InputCase):
         (self.folder / 'cut.bag.active').write_bytes(content[:header] + bytes(8) + content[header + 8:])
         self.assertIn('rosbag reindex cut.bag.active', self.map_bags('cut.bag.active', status=1))
 
+    def test_messages_of_another_definition_are_named(self):
+        write_bag(self.folder / 'other.bag', [STATIC] + clouds(make_cloud(ROW)))
+        with rosbag.Bag(self.folder / 'other.bag', 'a') as bag:
+            message = make_cloud(ROW)
+            bag.write('/points', message, at(2.0), connection_header={
+                'topic': '/points', 'type': message._type, 'md5sum': 32 * '0', 'message_definition': message._full_text})
+        said = self.map_bags('other.bag', '--set', f'resolution={RESOLUTION_M}')
+        self.assertIn('1 message from 2 to 2 s', said)
+        self.assertIn('sensor_msgs/PointCloud2 has another definition there: try rosbag fix', said)
+        self.assertEqual(self.voxels('other'), set(ROW))
+
+    def test_a_file_that_is_no_rosbag_of_ros_1_is_called_so(self):
+        (self.folder / 'new.mcap').write_bytes(b'\x89MCAP0\r\n')
+        self.assertIn('rosbags-convert', self.map_bags('new.mcap', status=1))
+        os.mkfifo(self.folder / 'pipe.bag')
+        self.assertIn('a device or a pipe', self.map_bags('pipe.bag', status=1))
+
     def test_repeated_transforms_are_said_once(self):
         records = MOVING * 50 + clouds(make_cloud(ROW))
         said = self.map_records(records)
