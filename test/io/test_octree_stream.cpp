@@ -257,6 +257,7 @@ TEST(OctomapFiles, thatAreDamagedAreRefused) {
     const std::size_t at = good.find("\n" + key + " ") + key.size() + 2;
     return good.substr(0, at) + value + good.substr(good.find('\n', at));
   };
+  EXPECT_NO_THROW((void)fromOctomapFile(replaced("id", "\t OcTree ")));  // As OctoMap itself.
   EXPECT_EQ(defect_of("a poem\n"), MapFileDefect::kForeign);
   EXPECT_EQ(defect_of(replaced("id", "SemanticOcTree")), MapFileDefect::kForeign);
   EXPECT_EQ(defect_of(good.substr(0, 90)), MapFileDefect::kTruncated);

@@ -63,10 +63,10 @@ OctreeHeader readHeader(std::string_view bytes) {
   OctreeHeader header;
   header.is_binary = takeLine(bytes, header.end) == kBinaryFirstLine;
   for (;;) {
-    const std::string line(takeLine(bytes, header.end));
-    const std::size_t space = std::min(line.find(' '), line.size());
-    const std::string key = line.substr(0, space);
-    const std::string value = line.substr(std::min(space + 1, line.size()));
+    std::vector<std::string> words = wordsOf(std::string(takeLine(bytes, header.end)));
+    words.resize(2);
+    const std::string& key = words[0];
+    const std::string& value = words[1];
     if (key == "data") break;
     if (key == "id") header.id = value;
     if (key == "size") header.num_nodes = parseNumber<std::uint64_t>(value);
