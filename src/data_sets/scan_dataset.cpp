@@ -8,8 +8,10 @@
 #include <octomap/ScanGraph.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <cstdio>
 #include <filesystem>
+#include <fstream>
 #include <optional>
 #include <stdexcept>
 
@@ -99,12 +101,33 @@ std::vector<fs::path> findBinFiles(const fs::path& folder) {
   return {};
 }
 
+/// Whether a file has all scans that it claims: OctoMap leaves out missing ones, or aborts the program.
+bool isWholeGraph(const std::string& file) {
+  constexpr std::streamoff kPointBytes = 4 + 3 * 8;
+  constexpr std::streamoff kPoseAndIdBytes = kPointBytes + (4 + 4 * 8) + 4;
+  std::ifstream in(file, std::ios::binary);
+  const auto num_bytes = static_cast<std::streamoff>(fs::file_size(file));
+  const auto read_count = [&in] {
+    std::uint32_t count = 0;
+    in.read(reinterpret_cast<char*>(&count), sizeof(count));
+    return count;
+  };
+  for (std::uint32_t num_left = read_count(); num_left > 0; --num_left) {
+    const std::streamoff num_points = read_count();
+    in.seekg(kPointBytes * num_points + kPoseAndIdBytes, std::ios::cur);
+    if (!in || in.tellg() > num_bytes) return false;
+  }
+  return static_cast<bool>(in);
+}
+
 /// An octomap::ScanGraph, held in memory.
 class ScanGraphFile : public ScanDataset {
  public:
   explicit ScanGraphFile(const std::string& file) {
-    if (!fs::exists(file) || !graph_.readBinary(file) || graph_.size() == 0) {
-      throw std::runtime_error("cannot read " + file + " as an OctoMap scan graph");
+    if (!fs::is_regular_file(file) || !isWholeGraph(file) || !graph_.readBinary(file) ||
+        graph_.size() == 0) {
+      throw std::runtime_error("cannot read " + file +
+                               " as an OctoMap scan graph: it is none, or was cut off");
     }
   }
 

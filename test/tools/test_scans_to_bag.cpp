@@ -131,6 +131,18 @@ TEST_F(ScansToBag, convertsAScanGraph) {
   for (int scan = 0; scan < kNumScans; ++scan) expectScan(contents.clouds[scan], scan);
 }
 
+TEST_F(ScansToBag, refusesAScanGraphThatWasCutOff) {
+  const std::string graph = input_ / "scans.graph";
+  writeScanGraph(graph);
+  const std::uintmax_t num_bytes = std::filesystem::file_size(graph);
+  for (const std::uintmax_t size : {num_bytes - 5, num_bytes / 2, std::uintmax_t{3}}) {
+    std::filesystem::resize_file(graph, size);
+    const ProgramEnd end = convert(graph, bag_);
+    EXPECT_EQ(end.status, 1) << size << end.err;
+    EXPECT_NE(end.err.find("as an OctoMap scan graph"), std::string::npos) << end.err;
+  }
+}
+
 TEST_F(ScansToBag, takesRateNamesAndCount) {
   const ProgramEnd end =
       convert(dataset_, bag_,
