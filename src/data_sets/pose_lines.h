@@ -18,6 +18,11 @@ namespace cuboid_mapping {
 /// A line of poses.txt.
 constexpr char kIndexedPose[] = "index tx ty tz qx qy qz qw";
 
+/// Removes the mark that editors of Windows put before the first line of a text.
+inline void dropByteOrderMark(std::string& line) {
+  if (line.rfind("\xEF\xBB\xBF", 0) == 0) line.erase(0, 3);
+}
+
 /// Numbers of each line of a file; comments and empty lines are left out.
 /// @param take  Gets the numbers of a line; returns false if they are not as expected.
 template <typename TakeT>
@@ -26,7 +31,9 @@ void readLines(const std::filesystem::path& file, const std::string& expected, c
   if (!in) throw std::runtime_error("cannot open " + file.string());
   std::string line;
   for (int number = 1; std::getline(in, line); ++number) {
-    if (line.find_first_not_of(" \t\r") == std::string::npos || line[0] == '#') continue;
+    if (number == 1) dropByteOrderMark(line);
+    const std::size_t first = line.find_first_not_of(" \t\r");
+    if (first == std::string::npos || line[first] == '#') continue;
     std::istringstream words(line);
     const std::vector<double> numbers{std::istream_iterator<double>(words), {}};
     if (!words.eof() || !take(numbers)) {

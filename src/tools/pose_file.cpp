@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/text.h"
+#include "data_sets/pose_lines.h"
 
 #include <algorithm>
 #include <array>
@@ -87,6 +88,7 @@ std::vector<StampedPose> readPoseFile(const std::string& file) {
   std::string last;
   char first = '\0';
   for (int number = 1; std::getline(text, line); ++number) {
+    if (number == 1) dropByteOrderMark(line);
     std::replace(line.begin(), line.end(), ',', ' ');
     std::vector<std::string> words = wordsOf(line);
     if (const char named = firstOfQuaternion(words)) {

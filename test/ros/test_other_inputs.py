@@ -342,7 +342,8 @@ class OtherInputsTest(InputCase):
         for number in range(2):
             np.array([[*ROW[0], 0.5], [*ROW[1], 0.5]], np.float32).tofile(
                 self.folder / f'drive/velodyne/{number:06}.bin')
-        (self.folder / 'drive/poses.txt').write_text('1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 1 0 1 0 0 0 0 1 0\n')
+        (self.folder / 'drive/poses.txt').write_text('\ufeff1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 1 0 1 0 0 0 0 1 0\n',
+                                                  encoding='utf-8')
         self.map_bags('drive', '--set', f'resolution={RESOLUTION_M}')
         self.assertEqual(self.voxels('drive'), set(ROW[:2]) | {(6.05, y, z) for _, y, z in ROW[:2]})
 

@@ -38,6 +38,8 @@ TEST(PoseFile, mayHaveTheColumnsAndUnitsThatItNames) {
         "timestamp,tx,ty,tz,qw,qx,qy,qz\n1403636579.763555584,1,2,3,0.6,0,0,0.8\n",
         "# stamp x y z qx qy qz qw\n1.403636579763555584e+18 1 2 3 0 0 0.8 0.6\n",
         "1403636579763555.584 1 2 3 0 0 0.8 0.6\n",
+        "\xEF\xBB\xBF"
+        "1403636579763555.584 1 2 3 0 0 0.8 0.6\r\n",
         "1403636579763555584 1 2 3 0 0 0.8 0.6\n1403636579763555584 1 2 3 0 0 0.8 0.6\n"}) {
     std::ofstream(folder / "poses.txt") << content;
     const auto poses = readPoseFile(folder / "poses.txt");
