@@ -49,8 +49,10 @@ void readLines(const std::filesystem::path& file, const std::string& expected, c
   if (numbers.size() == 12) {
     pose.matrix().topRows<3>() =
         Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(numbers.data());
-    // Poses are written with six digits. A matrix of zeros is that of a lost pose.
+    // Poses are written with six digits. A matrix of zeros is that of a lost pose; one that mirrors comes from programs
+    // with left-handed frames.
     if (!(pose.linear() * pose.linear().transpose()).isIdentity(0.01)) return std::nullopt;
+    if (pose.linear().determinant() < 0.0) return std::nullopt;
     pose.linear() = Eigen::Quaterniond(pose.linear()).normalized().toRotationMatrix();
     return pose;
   }
