@@ -14,6 +14,7 @@
 #include <fstream>
 #include <optional>
 #include <stdexcept>
+#include <utility>
 
 namespace cuboid_mapping {
 namespace {
@@ -64,15 +65,27 @@ class ScanFolder : public ScanDataset {
   std::vector<Pose> poses_;
 };
 
+/// Files of a folder, in the order of their names. Those with fewer letters before the first point come first, as "9.pcd"
+/// before "10.pcd".
+std::vector<fs::path> findFiles(const fs::path& folder, const char* extension) {
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (entry.path().extension() == extension) files.push_back(entry.path());
+  }
+  const auto order = [](const fs::path& file) {
+    const std::string name = file.filename().string();
+    return std::pair(name.find('.'), name);
+  };
+  std::sort(files.begin(), files.end(),
+            [&order](const fs::path& a, const fs::path& b) { return order(a) < order(b); });
+  return files;
+}
+
 /// A folder pcd/ of clouds in the map's frame, whose VIEWPOINT is the pose of the sensor.
 class PosedClouds : public ScanDataset {
  public:
-  explicit PosedClouds(const fs::path& folder) {
-    for (const auto& entry : fs::directory_iterator(folder / "pcd")) {
-      if (entry.path().extension() == ".pcd") files_.push_back(entry.path());
-    }
+  explicit PosedClouds(const fs::path& folder) : files_(findFiles(folder / "pcd", ".pcd")) {
     if (files_.empty()) throw std::runtime_error((folder / "pcd").string() + " has no .pcd file");
-    std::sort(files_.begin(), files_.end());
   }
 
   [[nodiscard]] std::size_t size() const override { return files_.size(); }
@@ -86,16 +99,12 @@ class PosedClouds : public ScanDataset {
   std::vector<fs::path> files_;
 };
 
-/// Files .bin of a folder, in order of their names; empty without any.
+/// Files .bin of a folder; empty without any.
 std::vector<fs::path> findBinFiles(const fs::path& folder) {
   for (const fs::path& place :
        {folder, folder / "velodyne", folder / "velodyne_points/data", folder / "scans"}) {
     if (!fs::is_directory(place)) continue;
-    std::vector<fs::path> files;
-    for (const auto& entry : fs::directory_iterator(place)) {
-      if (entry.path().extension() == ".bin") files.push_back(entry.path());
-    }
-    std::sort(files.begin(), files.end());
+    std::vector<fs::path> files = findFiles(place, ".bin");
     if (!files.empty()) return files;
   }
   return {};

@@ -52,7 +52,7 @@ constexpr char kBinRowHelp[] =
 ///   - a folder with `pcd/*.pcd` and no `poses.txt`, as KTH's DynamicMap benchmark has them: clouds in the
 ///     map's frame, in the order of their names, whose VIEWPOINT is T_map_sensor;
 ///   - a folder with .bin files, or with them in velodyne/, velodyne_points/data/ or scans/, and `poses.txt` with a
-///     line for each file: a 3 x 4 matrix row by row, as in KITTI, or a line as above. `Tr`, `Tr_velo_to_cam` or
+///     line for each file in the order of their numbers: a 3 x 4 matrix row by row, as in KITTI, or a line as above. `Tr`, `Tr_velo_to_cam` or
 ///     `Tr_velo_cam` in calib.txt takes points to the camera, whose poses KITTI gives. Rows are float32 x y z
 ///     intensity, unless other ones (3 to 8 float32 or float64) make much more sense;
 ///   - a file that ends in `.graph`: an octomap::ScanGraph.

@@ -347,6 +347,17 @@ class OtherInputsTest(InputCase):
         self.map_bags('drive', '--set', f'resolution={RESOLUTION_M}')
         self.assertEqual(self.voxels('drive'), set(ROW[:2]) | {(6.05, y, z) for _, y, z in ROW[:2]})
 
+    def test_scans_have_the_order_of_their_numbers(self):
+        (self.folder / 'drive').mkdir()
+        for number, point in ((9, ROW[0]), (10, ROW[1])):
+            np.array([[*point, 0.5]], np.float32).tofile(self.folder / f'drive/{number}.bin')
+        poses = self.folder / 'drive/poses.txt'
+        poses.write_text('  # of the lidar\n1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 1 0 1 0 0 0 0 1 0\n')
+        self.map_bags('drive', '--set', f'resolution={RESOLUTION_M}')
+        self.assertEqual(self.voxels('drive'), {ROW[0], (6.05, *ROW[1][1:])})
+        poses.write_text('1 0 0 0 0 1 0 0 0 0 1 0\n-1 0 0 1 0 1 0 0 0 0 1 0\n')
+        self.assertIn('poses.txt:2: expected', self.map_bags('drive', status=1))
+
 
 if __name__ == '__main__':
     os.environ['PYTHONUNBUFFERED'] = '1'
