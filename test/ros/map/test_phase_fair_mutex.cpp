@@ -56,6 +56,29 @@ TEST(PhaseFairMutex, AWriterWaitsForNoMoreThanThoseWhoWentPast) {
   EXPECT_TRUE(has_seen_write) << "the third came when the writer was next";
 }
 
+TEST(PhaseFairMutex, NobodyWaitsForALongReaderWhoCameAfterTheWriter) {
+  PhaseFairMutex mutex;
+  const int first = mutex.lockShared();
+  std::atomic<bool> is_written{false};
+  std::thread writer([&] {
+    const std::lock_guard<PhaseFairMutex> lock(mutex);
+    is_written = true;
+  });
+  letWait();
+  std::atomic<bool> is_written_before{false};
+  std::thread second([&] {
+    const int generation = mutex.lockShared(true);
+    is_written_before = is_written.load();
+    mutex.unlockShared(generation);
+  });
+  letWait();
+  for (int i = 0; i < 3; ++i) mutex.unlockShared(mutex.lockShared());  // A deadlock hangs here.
+  mutex.unlockShared(first);
+  writer.join();
+  second.join();
+  EXPECT_TRUE(is_written_before);
+}
+
 TEST(PhaseFairMutex, AReaderWhoWaitsComesBeforeTheNextWriter) {
   PhaseFairMutex mutex;
   constexpr int kRounds = 20;

@@ -30,7 +30,7 @@ std::unique_ptr<KeptHistory> makeHistory(const NodeParameters& parameters, Guard
     history->restart(whole);
   } else {
     const auto restart = [&](const CuboidMap& content) { history->restart(content); };
-    map.read(restart);
+    map.readWhole(restart);
   }
   return history;
 }

@@ -144,6 +144,14 @@ class GuardedMap {
     return call(work, map_, stamp_);
   }
 
+  /// As read(), for work that takes long: its turn is after that of a waiting writer, so that nobody waits for both.
+  /// @pre Not called by the work of another reader.
+  template <typename WorkT>
+  auto readWhole(const WorkT& work) const {
+    const ReadLock lock(mutex_, true);
+    return call(work, map_, stamp_);
+  }
+
   /// Stamp of the last cloud in the map; 0 when there is none.
   [[nodiscard]] ros::Time stamp() const {
     const ReadLock lock(mutex_);
@@ -154,11 +162,11 @@ class GuardedMap {
     return map_.config();
   }
 
-  /// As read(), with the window: null if the whole map is in memory.
+  /// As readWhole(), with the window: null if the whole map is in memory.
   /// @param work  (const CuboidMap&, const ros::Time& stamp, const MapWindow*) -> any.
   template <typename WorkT>
   auto readWithWindow(const WorkT& work) const {
-    const ReadLock lock(mutex_);
+    const ReadLock lock(mutex_, true);
     return work(std::as_const(map_), stamp_, static_cast<const MapWindow*>(window_.get()));
   }
 
@@ -213,7 +221,7 @@ class GuardedMap {
   ///              and the next call reports that everything has changed.
   template <typename WorkT>
   ChangeSet takeChanges(const WorkT& work) {
-    const ReadLock lock(mutex_);
+    const ReadLock lock(mutex_, true);
     ChangeSet changes = takeChanges();
     try {
       work(std::as_const(map_), stamp_, changes);
@@ -245,7 +253,8 @@ class GuardedMap {
   /// Shared access for readers.
   class ReadLock {
    public:
-    explicit ReadLock(PhaseFairMutex& mutex) : mutex_(mutex), generation_(mutex.lockShared()) {}
+    explicit ReadLock(PhaseFairMutex& mutex, bool is_long = false)
+        : mutex_(mutex), generation_(mutex.lockShared(is_long)) {}
     ~ReadLock() { mutex_.unlockShared(generation_); }
     ReadLock(const ReadLock&) = delete;
     ReadLock& operator=(const ReadLock&) = delete;

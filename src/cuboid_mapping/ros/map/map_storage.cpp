@@ -136,7 +136,7 @@ void mergeInto(GuardedMap& map, const MapSnapshot& snapshot, MergeRule rule,
     map.editIn(cube, merge, whole);
     first = end;
   }
-  map.read([&](const CuboidMap& content) {
+  map.readWhole([&](const CuboidMap& content) {
     const VoxelStore& voxels = content.voxels();
     overlap.only_in_first = voxels.numFreeVoxels() + voxels.numOccupiedVoxels() -
                             overlap.known_to_both - overlap.only_in_second;

@@ -26,10 +26,10 @@ void PhaseFairMutex::unlock() {
   may_read_.notify_all();
 }
 
-int PhaseFairMutex::lockShared() {
+int PhaseFairMutex::lockShared(bool is_long) {
   std::unique_lock<std::mutex> lock(mutex_);
   const int generation = generation_;
-  if (is_closed_) {
+  if (is_closed_ || (is_long && has_writer_)) {
     ++num_waiting_;  // unlock() admits waiting readers: the next writer cannot overtake them.
     may_read_.wait(lock, [this, before = num_written_] { return num_written_ != before; });
   } else {

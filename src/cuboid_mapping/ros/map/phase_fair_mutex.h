@@ -10,7 +10,7 @@ namespace cuboid_mapping_ros {
 
 /// A mutex for many readers, or one writer. Nobody starves:
 ///   - while a reader from before the writer is active, new readers pass the waiting writer: a long reader
-///     delays the writer, but no short readers;
+///     delays the writer, but no short readers. Long readers do not pass it: short ones would wait for both;
 ///   - then the writer is next, once the readers that passed it have left;
 ///   - after the writer, all waiting readers enter.
 ///
@@ -24,8 +24,8 @@ class PhaseFairMutex {
   void lock();
   void unlock();
 
-  /// @return The reader's generation, for unlockShared().
-  [[nodiscard]] int lockShared();
+  /// @param is_long  The reader stays long. @return The reader's generation, for unlockShared().
+  [[nodiscard]] int lockShared(bool is_long = false);
   void unlockShared(int generation);
 
  private:

@@ -53,7 +53,7 @@ void MarkerTopic::publish() {
 void MarkerTopic::updateColorSpan() {
   if (!is_span_old_) return;
   is_span_old_ = false;
-  const auto span = map_.read([](const CuboidMap& map) { return findHeightRange(map); });
+  const auto span = map_.readWhole([](const CuboidMap& map) { return findHeightRange(map); });
   if (color_span_ && !isOtherSpan(span, *color_span_)) return;
   color_span_ = span;
   cache_.setColorSpan(span);

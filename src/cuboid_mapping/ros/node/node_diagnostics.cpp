@@ -35,7 +35,7 @@ NodeReport NodeDiagnostics::makeReport(const CloudLedger::Figures& figures) {
   report.lag_s = figures.lag_s;
   report.starved_s = secondsSince(figures.last_progress);
   report.speed_advice = figures.speed_advice;
-  report.map = map_.read([this](const CuboidMap& map) { return map_watch_.summarize(map); });
+  report.map = map_.readWhole([this](const CuboidMap& map) { return map_watch_.summarize(map); });
   report.is_simulated_time = ros::Time::isSimTime();
   report.num_failures = guard_.numFailures();
   report.num_new_failures = report.num_failures - num_failures_;

@@ -223,7 +223,7 @@ const MapView& OctomapServerFeature::look(Speckles speckles) {
   const bool is_filtered = speckles == Speckles::kAsAsked && parameters_.filter_speckles;
   std::optional<MapView>& view = views_.at(is_filtered ? 1 : 0);
   if (view) return *view;
-  view = map_.read([&](const CuboidMap& map, const ros::Time& stamp) {
+  view = map_.readWhole([&](const CuboidMap& map, const ros::Time& stamp) {
     MapView now;
     now.map = takeSnapshot(map, frame_id_);
     now.header.stamp = stampOf(stamp);
@@ -258,7 +258,7 @@ nav_msgs::OccupancyGrid OctomapServerFeature::makeProjection() {
   ++num_built_;
   std_msgs::Header header;
   header.frame_id = frame_id_;
-  map_.read([&](const CuboidMap& map, const ros::Time& stamp) {
+  map_.readWhole([&](const CuboidMap& map, const ros::Time& stamp) {
     header.stamp = stampOf(stamp);
     projection_.update(map);
     return 0;

@@ -163,7 +163,7 @@ MapPublisher::MapPublisher(const MapHost& host)
 std::string MapPublisher::name() const { return kCuboidMapUpdatesTopic; }
 
 ImageMessage MapPublisher::makeImage(MapDetail detail) const {
-  return map_.read([&](const CuboidMap& map, const ros::Time& stamp) {
+  return map_.readWhole([&](const CuboidMap& map, const ros::Time& stamp) {
     ImageMessage message;
     message.server = server_;
     message.image = cuboid_mapping::makeImage(map, map_.instance(), detail);
