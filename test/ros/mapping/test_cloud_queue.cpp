@@ -339,8 +339,31 @@ TEST_F(CloudQueueTest, NamesAClockThatIsWrongOnce) {
   now_ = ros::Time(1.7e9);
   for (unsigned id = 1; id <= 3; ++id) put(id, "camera");
   EXPECT_EQ(numDrops(DropReason::kTooOldForTf), 3U);
-  EXPECT_NE(drops_[0].text.find("its clock"), std::string::npos) << drops_[0].text;
+  EXPECT_NE(drops_[0].text.find("years behind tf: check the sensor's clock"), std::string::npos)
+      << drops_[0].text;
   EXPECT_EQ(drops_[1].text + drops_[2].text, "") << "it has been said";
+}
+
+TEST_F(CloudQueueTest, ASourceWhoseCloudsHadTransformsIsLateAndItsClockIsNoFault) {
+  put(1);
+  ASSERT_EQ(takeAll(), (Ids{1}));
+  known_frames_.clear();
+  lead_s_ = -30.0;  // The node was stopped for 30 s.
+  now_ += ros::Duration(30.0);
+  put(2);
+  ASSERT_EQ(numDrops(DropReason::kTooOldForTf), 1U);
+  EXPECT_NE(drops_[0].text.find("30 s behind tf: it came late"), std::string::npos)
+      << drops_[0].text;
+}
+
+TEST_F(CloudQueueTest, NamesTheFrameOfTheCloudThatHasWaitedLongest) {
+  EXPECT_EQ(clouds_.whyWaiting(), "");
+  put(1, "camera", 0, 1);
+  clock_s_ += 1.0;
+  put(2, "laser", 0, 0);
+  EXPECT_EQ(clouds_.whyWaiting().find("frame 'camera': map <- camera is missing; check that tf"),
+            0U)
+      << clouds_.whyWaiting();
 }
 
 TEST_F(CloudQueueTest, ACloudThatCameBeforeTheFirstTransformHasARightClock) {

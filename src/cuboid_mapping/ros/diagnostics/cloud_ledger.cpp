@@ -130,14 +130,11 @@ void CloudLedger::noteDropped(std::size_t source, DropReason reason,
   ++(isEmpty(reason) ? statistics.num_empty : statistics.num_dropped);
   if (isEmpty(reason)) figures_.last_progress = Clock::now();
   try {
-    const bool is_of_tf = reason == DropReason::kNoTransform && !text.empty();
-    if (is_of_tf) {
-      figures_.tf_drop = text;
-      figures_.tf_drop_source = source;
-    }
+    std::string& said = figures_.last_drops.at(static_cast<std::size_t>(reason));
+    if (!text.empty()) said = text;
     if (!isEmpty(reason)) {
       statistics.last_drop =
-          std::string(toString(reason)) + ": " + (is_of_tf ? text : toAdvice(reason));
+          std::string(toString(reason)) + ": " + (text.empty() ? toAdvice(reason) : text);
     }
     if (text.empty() || !isDue(last_logged_[static_cast<std::size_t>(reason)])) return;
     std::ostringstream line;

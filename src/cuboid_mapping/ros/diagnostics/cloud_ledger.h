@@ -110,9 +110,8 @@ class CloudLedger {
     ros::Time last_arrival;        ///< ... and its arrival.
     /// Time of the last insertion or empty cloud, or of the first cloud.
     Clock::time_point last_progress;
-    double lag_s = 0.0;              ///< Of the last cloud in the map.
-    std::string tf_drop;             ///< Why the last cloud without transform was dropped, ...
-    std::size_t tf_drop_source = 0;  ///< ... and its source.
+    double lag_s = 0.0;  ///< Of the last cloud in the map.
+    LastDrops last_drops;
     std::optional<std::string> speed_advice;
   };
 

@@ -65,30 +65,18 @@ std::string withClock(const std::string& text, const NodeReport& report) {
   return clock.empty() ? text : text + "; " + clock;
 }
 
-std::string describeTf(const NodeReport& report) {
-  std::string text = "no transform " + describeFrames(report) + ": ";
-  const bool is_missing = report.last_cloud && !report.last_cloud->tf_error.empty();
-  if (is_missing) {
-    text += report.last_cloud->tf_error;
-  } else if (!report.why_waiting.empty()) {  // tf has the stamp of a cloud, but not its last point.
-    text += report.why_waiting;
-  } else {
-    text += toAdvice(DropReason::kNoTransform);
-  }
-  if (is_missing && report.last_cloud->tf_lead_s.value_or(0.0) > 0.0) {
-    text += "; the transforms come late: check their publisher, or raise tf_wait";
-  }
-  return withClock(text, report);
+/// Adds that the stamps are old; of those that are ahead, the reason speaks itself.
+std::string withAge(const std::string& why, const NodeReport& report) {
+  const bool is_old = report.last_cloud && report.last_cloud->age_s > 0.0;
+  return is_old ? withClock(why, report) : why;
 }
 
 std::string adviseOnDrops(DropReason reason, const NodeReport& report) {
   if (reason == DropReason::kQueueFull && report.speed_advice) return *report.speed_advice;
-  if (reason == DropReason::kNoTransform) {
-    return report.other_tf_drop.empty() ? describeTf(report) : report.other_tf_drop;
-  }
-  if (reason == DropReason::kTooOldForTf) return withClock(toAdvice(reason), report);
-  const bool is_defect = static_cast<std::size_t>(reason) < kNumCloudDefects;
-  return std::string(toAdvice(reason)) + (is_defect ? "; the log says what is wrong" : "");
+  const std::string& said = report.last_drops.at(static_cast<std::size_t>(reason));
+  const std::string advice = said.empty() ? toAdvice(reason) : said;
+  const bool is_of_tf = reason == DropReason::kNoTransform || reason == DropReason::kTooOldForTf;
+  return is_of_tf ? withAge(advice, report) : advice;
 }
 
 /// The clouds dropped since the last report, by reason, and the advice on most of them. Those before the first
@@ -249,9 +237,7 @@ ReportSummary summarize(const NodeReport& report, const NodeStatistics& last_rep
     const std::string clouds =
         counted(now.numWaiting(), "cloud") + (now.numWaiting() == 1 ? " waits" : " wait");
     // A cloud may take longer than the time between two reports.
-    const bool has_tf =
-        report.last_cloud && report.last_cloud->tf_error.empty() && report.why_waiting.empty();
-    if (has_tf) {
+    if (report.why_waiting.empty()) {
       const bool has_no_camera =
           now.num_inserted == 0 && now.numDropped(DropReason::kNoCameraInfo) > 0;
       if (has_no_camera) {
@@ -260,7 +246,8 @@ ReportSummary summarize(const NodeReport& report, const NodeStatistics& last_rep
       }
       return {levelOfFault(report), clouds + ": " + report.speed_advice.value_or("for their turn")};
     }
-    return {levelOfFault(report), clouds + " for a transform: " + describeTf(report)};
+    return {levelOfFault(report),
+            clouds + " for a transform: " + withAge(report.why_waiting, report)};
   }
   if (report.silence_s > kMaxSilence_s) return summarizeSilence(report);
   if (report.last_cloud && report.last_cloud->age_s < -kMaxAhead_s) {

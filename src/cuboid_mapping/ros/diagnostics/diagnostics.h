@@ -53,9 +53,7 @@ class MapWatch {
 /// Facts about the last received cloud.
 struct LastCloud {
   std::string frame_id;
-  double age_s = 0.0;    ///< Age at reception, by its stamp; negative: the stamp is ahead.
-  std::string tf_error;  ///< Reason why it has no pose in the map now; empty: it has one.
-  std::optional<double> tf_lead_s;  ///< See PoseSearch; only with an error.
+  double age_s = 0.0;  ///< Age at reception, by its stamp; negative: the stamp is ahead.
   bool has_stamp = true;
 };
 
@@ -82,8 +80,8 @@ struct NodeReport {
   std::string other_topics;  ///< See NodeSources::otherTopics(); set only before the first message.
   /// Time from the arrival of the last cloud in the map until it was in the map.
   double lag_s = 0.0;
-  std::string other_tf_drop;       ///< Drop of another source than the last cloud's; empty: none.
-  std::string why_waiting;         ///< Reason why the oldest cloud waits for tf; empty: none waits.
+  LastDrops last_drops;
+  std::string why_waiting;         ///< See CloudQueue::whyWaiting().
   bool is_simulated_time = false;  ///< use_sim_time, as with bags.
   bool is_paused = false;          ///< ~pause: clouds are ignored.
   double silence_s = 0.0;          ///< Time since the last cloud, or since the start of the node.

@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <numeric>
+#include <string>
 #include <utility>
 
 namespace cuboid_mapping_ros {
@@ -114,6 +115,9 @@ struct NodeStatistics : PointCounts {
     return num_received - num_inserted - numDropped() - numEmpty();
   }
 };
+
+/// Texts about the last dropped clouds, by DropReason: what was wrong, and the cure; empty: nothing to say.
+using LastDrops = std::array<std::string, kNumDropReasons>;
 
 /// Whether clouds wait, as at the last report, and none has entered the map since.
 /// @tparam StatisticsT  NodeStatistics, or SourceStatistics.

@@ -22,6 +22,16 @@ constexpr std::chrono::milliseconds kIdlePeriod{1000};
 /// Time in which simulated time may jump back after a cloud.
 constexpr double kClockPatience_s = 1.0;
 
+/// Of a cloud that is too old for tf. A source whose clouds had transforms has a good clock.
+std::string describeDelay(double delay_s, bool has_good_clock) {
+  constexpr double kLongest_s = 3600.0;
+  const std::string text = "its stamp is " + describeAge(delay_s) + " behind tf: ";
+  if (!has_good_clock || delay_s > kLongest_s) return text;
+  return text +
+         "it came late, as after a standstill of this node or the network, whose clouds are lost; "
+         "if this goes on, ";
+}
+
 /// Runs work that makes a text. Without memory, the text stays empty, or nothing is logged.
 template <typename WorkT>
 void unlessOutOfMemory(const WorkT& work) {
@@ -136,6 +146,7 @@ void CloudQueue::update(Source& source) {
     if (current->search.poses) {
       source.num_waiting_bytes -= current->num_bytes;
       source.has_named_clock = false;
+      source.has_had_poses = true;
       source.ready.splice(source.ready.end(), source.waiting, current);
     } else if (const auto reason = findReason(*current)) {
       drop(source, source.waiting, current, *reason);
@@ -232,7 +243,7 @@ std::string CloudQueue::describe(Source& source, const Entry& entry, DropReason 
   switch (reason) {
     case DropReason::kTooOldForTf:
       if (std::exchange(source.has_named_clock, true)) return {};
-      text << "its clock is " << describeAge(entry.search.lead_s.value_or(0.0)) << " behind tf: ";
+      text << describeDelay(-entry.search.lead_s.value_or(0.0), source.has_had_poses);
       break;
     case DropReason::kBeforeTf: break;
     case DropReason::kTfGap: text << entry.search.why << ": "; break;
@@ -249,10 +260,14 @@ std::string CloudQueue::describe(Source& source, const Entry& entry, DropReason 
 }
 
 std::string CloudQueue::describeMissing(const Entry& entry) const {
+  return "waited for " + describeAge(callbacks_.clock_s() - entry.arrival_s) + ": " +
+         describeCause(entry);
+}
+
+std::string CloudQueue::describeCause(const Entry& entry) const {
   std::ostringstream text;
-  text.precision(3);
   const double ahead_s = entry.header().stamp.toSec() - entry.since.toSec();
-  text << "waited for " << callbacks_.clock_s() - entry.arrival_s << " s: " << entry.search.why;
+  text << entry.search.why;
   if (entry.search.names_cure) return text.str();
   if (!entry.search.lead_s) {
     text << "; " << toAdvice(DropReason::kNoTransform);
@@ -283,10 +298,14 @@ std::size_t CloudQueue::size() const {
 
 std::string CloudQueue::whyWaiting() const {
   const std::lock_guard<std::mutex> lock(mutex_);
+  const Entry* oldest = nullptr;
   for (const Source& source : sources_) {
-    if (!source.waiting.empty()) return source.waiting.front().search.why;
+    if (source.waiting.empty()) continue;
+    const Entry& first = source.waiting.front();
+    if (oldest == nullptr || first.arrival_s < oldest->arrival_s) oldest = &first;
   }
-  return {};
+  if (oldest == nullptr) return {};
+  return "frame '" + oldest->header().frame_id + "': " + describeCause(*oldest);
 }
 
 }  // namespace cuboid_mapping_ros

@@ -98,7 +98,7 @@ class CloudQueue {
 
   [[nodiscard]] bool hasReady() const;
   [[nodiscard]] std::size_t size() const;
-  /// Reason why the oldest cloud of a source waits for tf; empty when none waits.
+  /// Frame of the cloud that has waited longest for tf, why, and what to do; empty when none waits.
   [[nodiscard]] std::string whyWaiting() const;
 
  private:
@@ -121,6 +121,7 @@ class CloudQueue {
     std::size_t num_waiting_bytes = 0;
     std::uint64_t last_turn = 0;
     bool has_named_clock = false;  ///< The log has said that its clock is wrong.
+    bool has_had_poses = false;    ///< A cloud of it had its transforms.
     std::optional<double> said_waiting_s;
   };
 
@@ -137,6 +138,8 @@ class CloudQueue {
   void refuse(std::size_t source, DropReason reason);
   [[nodiscard]] std::string describe(Source& source, const Entry& entry, DropReason reason) const;
   [[nodiscard]] std::string describeMissing(const Entry& entry) const;
+  /// Why tf does not have its poses, and what to do.
+  [[nodiscard]] std::string describeCause(const Entry& entry) const;
   /// Updates all sources. @return The one whose turn it is; null: no cloud is ready.
   [[nodiscard]] Source* findNext();
 

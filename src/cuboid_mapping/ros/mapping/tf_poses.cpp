@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/mapping/tf_poses.h"
 
+#include "cuboid_mapping/ros/diagnostics/diagnostics.h"
 #include "cuboid_mapping/ros/mapping/sensor_step.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 
@@ -8,7 +9,6 @@
 
 #include <algorithm>
 #include <exception>
-#include <sstream>
 #include <utility>
 
 namespace cuboid_mapping_ros {
@@ -33,10 +33,8 @@ std::string findPrefixed(const tf2::BufferCore& tf, const std::string& frame_id,
 }
 
 std::string describeGap(const TfGap& gap) {
-  std::ostringstream text;
-  text.precision(3);
-  text << "tf has no transform of '" << gap.frame_id << "' for " << gap.end_s - gap.begin_s << " s";
-  return text.str();
+  return "tf has no transform of '" + gap.frame_id + "' for " +
+         describeAge(gap.end_s - gap.begin_s);
 }
 
 /// The poses at a time; otherwise the cause in the search.
@@ -56,20 +54,27 @@ std::optional<CloudPoses> lookupAt(const TfBuffer& tf, const PoseFrames& frames,
     }
     return result.T_target_source.value_or(Eigen::Isometry3d::Identity());
   };
-  const auto lookup = [&](const std::string& frame_id) { return lookup_in(frames.map, frame_id); };
+  /// @param cure  Where to look if tf does not have the frame.
+  const auto lookup = [&](const std::string& frame_id, const std::string& cure = "") {
+    const bool was_complete = is_complete;
+    const Eigen::Isometry3d T_map_frame = lookup_in(frames.map, frame_id);
+    if (was_complete && !is_complete && !cure.empty()) search.why += " (" + cure + ')';
+    return T_map_frame;
+  };
   CloudPoses poses;
   poses.T_map_cloud = lookup(cloud_frame_id);
-  poses.T_map_sensor = frames.sensor.empty() ? poses.T_map_cloud : lookup(frames.sensor);
+  poses.T_map_sensor =
+      frames.sensor.empty() ? poses.T_map_cloud : lookup(frames.sensor, "sensor_frame");
   if (frames.has_body) {
     const std::string& body = frames.body.empty() ? cloud_frame_id : frames.body;
     const std::string& sensor = frames.sensor.empty() ? cloud_frame_id : frames.sensor;
     poses.body = BodyPoses{lookup(body), lookup_in(body, cloud_frame_id), lookup_in(body, sensor)};
   }
-  if (!frames.window.empty()) poses.window_center_map = lookup(frames.window).translation();
+  if (!frames.window.empty()) {
+    poses.window_center_map = lookup(frames.window, "window/frame").translation();
+  }
   for (const StepFrame& frame : frames.steps) {
-    const bool was_complete = is_complete;
-    poses.T_map_steps.push_back(lookup(frame.frame_id));
-    if (was_complete && !is_complete && !frame.cure.empty()) search.why += " (" + frame.cure + ')';
+    poses.T_map_steps.push_back(lookup(frame.frame_id, frame.cure));
   }
   if (!is_complete) return std::nullopt;
   return poses;
@@ -129,11 +134,8 @@ std::optional<Lead> findLead(const tf2::BufferCore& tf, const PoseFrames& frames
 }
 
 std::string describeLead(const Lead& lead, const std::string& map_frame_id) {
-  std::ostringstream text;
-  text.precision(3);
-  text << "the newest transform from '" << lead.frame_id << "' to '" << withoutSlash(map_frame_id)
-       << "' is " << lead.lead_s << " s older than the cloud";
-  return text.str();
+  return "the newest transform from '" + lead.frame_id + "' to '" + withoutSlash(map_frame_id) +
+         "' is " + describeAge(lead.lead_s) + " older than the cloud";
 }
 
 /// findPoses() without the cause in terms of time.

@@ -19,6 +19,15 @@ namespace {
 /// tf keeps this more than tf_wait: a cloud that has waited so long still has its transforms.
 constexpr double kTfMargin_s = 10.0;
 
+LastCloud describeLastCloud(const CloudLedger::Figures& figures) {
+  LastCloud cloud;
+  cloud.frame_id = figures.last_header.frame_id;
+  cloud.has_stamp = !figures.last_header.stamp.isZero();
+  // ros::Duration would throw beyond 2^31 s.
+  cloud.age_s = figures.last_arrival.toSec() - figures.last_header.stamp.toSec();
+  return cloud;
+}
+
 }  // namespace
 
 CloudReceiver::Needs::Needs(const NodeParameters& parameters) {
@@ -98,18 +107,6 @@ PoseSearch CloudReceiver::search(std::size_t source, const std_msgs::Header& hea
   return findPoses(tf_, needs_.frames.at(source), header, slices);
 }
 
-LastCloud CloudReceiver::describeLastCloud(const CloudLedger::Figures& figures) const {
-  LastCloud cloud;
-  cloud.frame_id = figures.last_header.frame_id;
-  cloud.has_stamp = !figures.last_header.stamp.isZero();
-  // ros::Duration would throw beyond 2^31 s.
-  cloud.age_s = figures.last_arrival.toSec() - figures.last_header.stamp.toSec();
-  const PoseSearch of_cloud = search(figures.last_source, figures.last_header, {});
-  cloud.tf_error = of_cloud.why;
-  cloud.tf_lead_s = of_cloud.lead_s;
-  return cloud;
-}
-
 void CloudReceiver::report(const CloudLedger::Figures& figures, NodeReport& report) {
   report.cloud_topic = sources_.topics();
   report.num_publishers = sources_.numPublishers();
@@ -124,7 +121,7 @@ void CloudReceiver::report(const CloudLedger::Figures& figures, NodeReport& repo
     report.silence_s = std::min(report.silence_s, silenceOf(source, report.num_publishers));
   }
   report.why_waiting = queue_.whyWaiting();
-  if (figures.tf_drop_source != figures.last_source) report.other_tf_drop = figures.tf_drop;
+  report.last_drops = figures.last_drops;
   for (std::size_t i = 0; i < figures.sources.size(); ++i) {
     const std::string name = figures.sources.size() == 1 ? "" : nameOf(sources_.at(i));
     if (figures.sources[i].rate_hz) report.rates.push_back({name, *figures.sources[i].rate_hz});

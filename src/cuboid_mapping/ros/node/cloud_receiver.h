@@ -68,7 +68,6 @@ class CloudReceiver {
   [[nodiscard]] CloudQueue::Callbacks queueCallbacks();
   [[nodiscard]] PoseSearch search(std::size_t source, const std_msgs::Header& header,
                                   const Slices& slices) const;
-  [[nodiscard]] LastCloud describeLastCloud(const CloudLedger::Figures& figures) const;
 
   GuardedThread thread_;
   ros::NodeHandle nh_;  ///< Callbacks come from the thread.
