@@ -107,6 +107,10 @@ TEST(Diagnostics, WarnsWhenCloudsDoNotComeAnyMore) {
   EXPECT_TRUE(isOk(summarize(report, report.statistics)));
   report.silence_s = 12.5;
   expectWarning(summarize(report, report.statistics), {"no cloud on /points for 12 s"});
+  report.rates = {{"slow", 0.2}, {"slower", 0.01}};
+  EXPECT_TRUE(isOk(summarize(report, report.statistics))) << "a cloud of it comes every 5 s";
+  report.silence_s = 15.5;
+  expectWarning(summarize(report, report.statistics), {"no cloud on /points for 15 s"});
 }
 
 TEST(Diagnostics, AClockThatIsAheadIsNamed) {

@@ -119,6 +119,12 @@ std::string describeMap(const NodeReport& report) {
   return text;
 }
 
+std::optional<double> greatestRate(const NodeReport& report) {
+  std::optional<double> greatest_hz;
+  for (const SourceRate& rate : report.rates) greatest_hz = std::max(greatest_hz, {rate.rate_hz});
+  return greatest_hz;
+}
+
 ReportSummary summarizeSilence(const NodeReport& report) {
   const bool is_map_empty = report.statistics.num_inserted == 0;
   if (is_map_empty && report.statistics.numDropped() > 0) {
@@ -249,7 +255,7 @@ ReportSummary summarize(const NodeReport& report, const NodeStatistics& last_rep
     return {levelOfFault(report),
             clouds + " for a transform: " + withAge(report.why_waiting, report)};
   }
-  if (report.silence_s > kMaxSilence_s) return summarizeSilence(report);
+  if (report.silence_s > maxSilence_s(greatestRate(report))) return summarizeSilence(report);
   if (report.last_cloud && report.last_cloud->age_s < -kMaxAhead_s) {
     return {ReportLevel::kWarning, withClock(describeMap(report), report)};
   }

@@ -9,6 +9,7 @@
 
 #include <diagnostic_updater/DiagnosticStatusWrapper.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -98,6 +99,10 @@ struct NodeReport {
 /// Silence after which missing clouds are a warning, and then an error.
 constexpr double kMaxSilence_s = 5.0;
 constexpr double kErrorSilence_s = 30.0;
+/// kMaxSilence_s, or three periods of a slower sensor.
+[[nodiscard]] inline double maxSilence_s(std::optional<double> rate_hz) {
+  return std::max(kMaxSilence_s, 3.0 / rate_hz.value_or(1.0));
+}
 /// Time after which it is an error that clouds arrive, but none is inserted.
 constexpr double kMaxStarved_s = 10.0;
 /// Maximum lead of stamps over this machine's clock without a warning.
@@ -120,7 +125,7 @@ struct ReportSummary {
 ///     before the first transform, are no fault;
 ///   - clouds wait for tf, camera_info or their turn, as at the last report, and none was inserted since: the
 ///     same levels;
-///   - no cloud for kMaxSilence_s: warning, or error after kErrorSilence_s if there is a publisher. With
+///   - no cloud for maxSilence_s(): warning, or error after kErrorSilence_s if there is a publisher. With
 ///     simulated time and no publisher left, the recording has ended, and all is well. If all clouds were dropped,
 ///     the message says why;
 ///   - stamps are ahead of the clock by more than kMaxAhead_s: warning;

@@ -80,7 +80,7 @@ struct SourceReport {
 /// The first case that applies:
 ///   - messages were dropped since the last report: warning with the reason;
 ///   - the topic is published with another type: error;
-///   - no message for kMaxSilence_s, unless time is simulated and the publisher has gone: warning;
+///   - no message for maxSilence_s(), unless time is simulated and the publisher has gone: warning;
 ///   - else: all is well.
 [[nodiscard]] ReportSummary summarize(const SourceReport& report,
                                       const SourceStatistics& last_report);
