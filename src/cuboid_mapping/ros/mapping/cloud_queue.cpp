@@ -248,6 +248,7 @@ std::string CloudQueue::describe(Source& source, const Entry& entry, DropReason 
     case DropReason::kBeforeTf: break;
     case DropReason::kTfGap: text << entry.search.why << ": "; break;
     case DropReason::kNoTransform:
+      if (entry.search.hopeless) return text.str() + describeCause(entry);
       text << describeMissing(entry) << "; " << source.waiting.size() << " of its clouds wait";
       if (source.waiting.size() > 1 && source.num_waiting_bytes > limits_.max_waiting_bytes) {
         text << ", of which at most " << limits_.max_waiting_bytes / 1000000 << " MB may";

@@ -200,10 +200,18 @@ PoseSearch findPoses(const TfBuffer& tf, const PoseFrames& given, const std_msgs
     search.why = describeLead(*lead, frames.map);
   } else if (lead) {
     search = lookupPoses(tf, frames, header, slices);  // The transforms may have come just now.
-    if (!search.poses && !search.hopeless) search.hopeless = DropReason::kBeforeTf;
+    if (!search.poses && !search.hopeless) {
+      search.hopeless = tf.covers(header.frame_id, header.stamp) ? DropReason::kNoTransform
+                                                                 : DropReason::kBeforeTf;
+    }
   }
   if (lead) search.lead_s = lead->lead_s;
   search.cache_s = tf.cache_s();
+  const std::string faults = search.poses ? "" : tf.describeFaults(header.frame_id);
+  if (!faults.empty()) {
+    search.why = faults;
+    search.names_cure = true;
+  }
   return search;
 }
 

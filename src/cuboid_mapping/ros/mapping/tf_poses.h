@@ -78,8 +78,8 @@ struct PoseSearch {
   std::optional<CloudPoses> poses;
   std::string why;          ///< If not found: the cause, with the frames.
   bool names_cure = false;  ///< `why` also says what to do.
-  /// If not found: kTfGap, or kBeforeTf if tf begins after the cloud, or has forgotten its time. Later
-  /// transforms do not help.
+  /// If not found: kTfGap; kBeforeTf if tf begins after the cloud, or has forgotten its time; kNoTransform if tf has
+  /// that time, but not the connection. Later transforms do not help.
   std::optional<DropReason> hopeless;
   /// If not found: time by which the cloud is later than the newest transforms; nothing if tf does not connect
   /// the frames.

@@ -10,13 +10,34 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <sstream>
 #include <stdexcept>
+#include <utility>
 
 namespace cuboid_mapping_ros {
 namespace {
 
 /// As many as clouds, with which transforms share a thread; the 100 of tf2_ros last a tenth of a second at 1 kHz.
 constexpr std::uint32_t kTfQueueSize = 1000;
+
+/// Why tf2 refuses a transform, with a line in the log each time; empty if it takes it.
+std::string findFault(const geometry_msgs::TransformStamped& transform) {
+  constexpr double kMaxError = 1e-3;  // tf2's own is larger.
+  const std::string& parent = transform.header.frame_id;
+  const std::string& child = transform.child_frame_id;
+  if (parent.empty() || child.empty() || parent == child) {
+    return "its frames are '" + parent + "' and '" + child + "'";
+  }
+  const auto& p = transform.transform.translation;
+  const auto& q = transform.transform.rotation;
+  if (!std::isfinite(p.x + p.y + p.z)) return "a translation is no number";
+  const double length = std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
+  if (std::abs(length - 1.0) <= kMaxError) return {};
+  std::ostringstream text;
+  text << "the rotation (" << q.x << ", " << q.y << ", " << q.z << ", " << q.w
+       << ") is no unit quaternion";
+  return text.str();
+}
 
 }  // namespace
 
@@ -51,6 +72,47 @@ void TfBuffer::clear() {
   tf2::BufferCore::clear();
   const std::lock_guard<std::mutex> lock(mutex_);
   times_.clear();
+  faults_.clear();
+}
+
+std::optional<double> TfBuffer::delay_s(const geometry_msgs::TransformStamped& transform) const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const auto times = times_.find(withoutSlash(transform.child_frame_id));
+  if (times == times_.end()) return std::nullopt;
+  return times->second.newest_s - transform.header.stamp.toSec();
+}
+
+bool TfBuffer::covers(const std::string& frame_id, const ros::Time& stamp) const {
+  constexpr double kMargin_s = 1.0;  // tf2's oldest one is younger than the time that it keeps.
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const std::vector<std::string> frame_ids = findAncestors(*this, frame_id);
+  return std::all_of(frame_ids.begin(), frame_ids.end(), [&](const std::string& name) {
+    const auto times = times_.find(name);
+    return times == times_.end() || (times->second.oldest_s + kMargin_s <= stamp.toSec() &&
+                                     stamp.toSec() <= times->second.newest_s);
+  });
+}
+
+void TfBuffer::noteFault(const std::string& frame_id, const std::string& fault) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (fault.empty()) {
+    faults_.erase(withoutSlash(frame_id));
+  } else {
+    faults_[withoutSlash(frame_id)] = fault;
+  }
+}
+
+std::string TfBuffer::describeFaults(const std::string& frame_id) const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (faults_.empty()) return {};
+  std::string text;
+  for (const std::string& ancestor : findAncestors(*this, frame_id)) {
+    const auto fault = faults_.find(ancestor);
+    if (fault == faults_.end()) continue;
+    text.append(text.empty() ? "" : "; ").append("the transforms of '").append(ancestor);
+    text.append("' are faulty: ").append(fault->second);
+  }
+  return text;
 }
 
 void TfBuffer::noteTime(Times& times, double stamp_s) const {
@@ -126,12 +188,28 @@ void TfReceiver::take(const Event& event, bool is_static) {
     settled_ = now + ros::Duration(kMinJump_s);
   }
   latest_ = std::max(latest_, now);
-  for (const auto& transform : event.getConstMessage()->transforms) {
+  for (const auto& given : event.getConstMessage()->transforms) {
+    const geometry_msgs::TransformStamped transform = tidyTransform(given);
     const bool is_ahead = transform.header.stamp.toSec() > now.toSec() + kMinJump_s;
     // Of the run before a jump: tf would ignore those of this run, which are older.
     if (is_ahead && now < settled_ && !is_static) continue;
     try {
-      buffer_.setTransform(transform, event.getPublisherName(), is_static);
+      std::string fault = findFault(transform);
+      const auto delay_s = is_static ? std::nullopt : buffer_.delay_s(transform);
+      if (fault.empty() && delay_s > buffer_.cache_s()) {
+        fault = "its stamp is " + std::to_string(std::llround(*delay_s)) + " s behind the newest";
+      }
+      const bool is_refused = !fault.empty();
+      if (is_refused) {
+        fault += ". Correct " + event.getPublisherName();
+      } else if (!is_static) {
+        fault = noteParent(transform, event.getPublisherName());
+      }
+      buffer_.noteFault(transform.child_frame_id, fault);
+      if (is_refused) throw std::runtime_error(fault);
+      if (delay_s != 0.0) {  // tf2 keeps the first of twins.
+        buffer_.setTransform(transform, event.getPublisherName(), is_static);
+      }
       if (!is_static) {
         noteMove(transform, event.getPublisherName());
       } else if (const std::string warning = statics_.note(transform, event.getPublisherName());
@@ -139,11 +217,33 @@ void TfReceiver::take(const Event& event, bool is_static) {
         ROS_WARN_STREAM_NAMED(kNodeName, warning);
       }
     } catch (const std::runtime_error& exception) {
-      // Of tf, or of ros::Time for stamps near its end.
+      // A fault, or of tf, or of ros::Time for stamps near its end.
       ROS_ERROR_STREAM_THROTTLE(10.0, "a transform of '" << transform.child_frame_id
                                                          << "' is ignored: " << exception.what());
     }
   }
+}
+
+std::string TfReceiver::noteParent(const geometry_msgs::TransformStamped& transform,
+                                   const std::string& publisher) {
+  constexpr std::size_t kMostChanges = 4;  // A frame may be handed over, such as a load.
+  constexpr double kPause_s = 10.0;
+  Moving& frame = moving_[transform.child_frame_id];
+  const double stamp_s = transform.header.stamp.toSec();
+  if (std::abs(stamp_s - frame.changed_s) > kPause_s) {
+    frame.num_changes = 0;
+    frame.parents.clear();
+  }
+  frame.parents[transform.header.frame_id] = publisher;
+  if (std::exchange(frame.parent, transform.header.frame_id) != transform.header.frame_id) {
+    frame.changed_s = stamp_s;
+    ++frame.num_changes;
+  }
+  if (frame.num_changes <= kMostChanges) return {};
+  std::vector<std::string> names;
+  for (const auto& [parent, of] : frame.parents) names.push_back("'" + parent + "' (" + of + ")");
+  return "they have different parents in turn, " + cuboid_mapping::join(names, " and ") +
+         ", of which tf follows the last. Stop all but one";
 }
 
 void TfReceiver::noteMove(const geometry_msgs::TransformStamped& transform,

@@ -50,6 +50,16 @@ class TfBuffer : public tf2::BufferCore {
   /// Time that it keeps.
   [[nodiscard]] double cache_s() const { return cache_s_; }
 
+  /// Time by which a transform is older than its frame's newest; nothing before the first one.
+  [[nodiscard]] std::optional<double> delay_s(
+      const geometry_msgs::TransformStamped& transform) const;
+  /// Notes why a transform of a frame is not taken; empty: it is.
+  void noteFault(const std::string& frame_id, const std::string& fault);
+  /// Whether all moving frames above a frame had transforms before and after a time: tf will have no better ones.
+  [[nodiscard]] bool covers(const std::string& frame_id, const ros::Time& stamp) const;
+  /// Faults of the latest transforms of a frame and its ancestors; empty: none.
+  [[nodiscard]] std::string describeFaults(const std::string& frame_id) const;
+
   /// The gap between two frames at a time, for which tf2 has a transform; nothing at time 0.
   [[nodiscard]] std::optional<TfGap> findGap(const std::string& target, const std::string& source,
                                              const ros::Time& stamp) const;
@@ -70,7 +80,8 @@ class TfBuffer : public tf2::BufferCore {
   double cache_s_;
   double max_gap_s_;
   mutable std::mutex mutex_;
-  std::map<std::string, Times> times_;  ///< By child frame.
+  std::map<std::string, Times> times_;         ///< By child frame.
+  std::map<std::string, std::string> faults_;  ///< Of the latest transforms, by child frame.
 };
 
 /// Fills a buffer from /tf and /tf_static. Clears it when the node's time jumps back by more than kMinJump_s:
@@ -93,9 +104,16 @@ class TfReceiver {
     ToAndFro jumps;
     std::set<std::string> publishers;
     bool is_said = false;
+    std::string parent;                          ///< Of its latest transform.
+    std::map<std::string, std::string> parents;  ///< Publisher of each parent that takes its turn.
+    double changed_s = 0.0;                      ///< Stamp of the latest change of the parent.
+    std::size_t num_changes = 0;                 ///< Of the parent, without a long pause.
   };
 
   void take(const Event& event, bool is_static);
+  /// The fault of a frame that two publishers give different parents; empty: none.
+  std::string noteParent(const geometry_msgs::TransformStamped& transform,
+                         const std::string& publisher);
   /// Warns once if two runs, robots or publishers share the name of a frame.
   void noteMove(const geometry_msgs::TransformStamped& transform, const std::string& publisher);
 
