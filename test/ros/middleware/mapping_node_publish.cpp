@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/middleware/publish.h"
+#include "cuboid_mapping/ros/middleware/published_topics.h"
 
 #include "ros/node_probe.h"
 
@@ -9,6 +10,8 @@
 #include <chrono>
 #include <functional>
 #include <future>
+#include <string>
+#include <vector>
 
 namespace cuboid_mapping_ros::test {
 namespace {
@@ -66,6 +69,13 @@ TEST(PublishLarge, HoldsNoLockOfRoscppWhileItSerializes) {
                }});
   EXPECT_EQ(status, std::future_status::ready) << "another thread waits for roscpp's lock";
   EXPECT_TRUE(waitFor([&] { return num_received == 1; }));
+}
+
+TEST(PublishedTopics, HaveTheNamesOfTheirPublishers) {
+  ros::NodeHandle nh;
+  EXPECT_TRUE(publishersOf("/twice/named").empty());
+  const auto publisher = nh.advertise<std_msgs::Empty>("/twice/named", 1);
+  EXPECT_EQ(publishersOf("/twice/named"), std::vector<std::string>{ros::this_node::getName()});
 }
 
 }  // namespace

@@ -19,6 +19,21 @@ std::map<std::string, std::string> publishedTypes() {
   return types;
 }
 
+std::vector<std::string> publishersOf(const std::string& topic) {
+  XmlRpc::XmlRpcValue request;
+  request[0] = ros::this_node::getName();
+  XmlRpc::XmlRpcValue response;
+  XmlRpc::XmlRpcValue state;
+  if (!ros::master::execute("getSystemState", request, response, state, false)) return {};
+  std::vector<std::string> names;
+  XmlRpc::XmlRpcValue& published = state[0];
+  for (int i = 0; i < published.size(); ++i) {
+    if (std::string(published[i][0]) != topic) continue;
+    for (int j = 0; j < published[i][1].size(); ++j) names.push_back(published[i][1][j]);
+  }
+  return names;
+}
+
 std::string describeUnheard(std::size_t num_publishers, bool is_published,
                             const std::string& check) {
   if (num_publishers > 0) return ": " + check;

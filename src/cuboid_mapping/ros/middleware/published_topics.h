@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Why a subscriber hears nothing.
+// Who publishes a topic, and why a subscriber hears nothing.
 #pragma once
 
 #include <cstddef>
 #include <map>
 #include <string>
+#include <vector>
 
 namespace cuboid_mapping_ros {
 
@@ -12,6 +13,9 @@ namespace cuboid_mapping_ros {
 ///
 /// Asks the master once, without waiting for it.
 [[nodiscard]] std::map<std::string, std::string> publishedTypes();
+
+/// Names of the nodes that publish a topic, as publishedTypes().
+[[nodiscard]] std::vector<std::string> publishersOf(const std::string& topic);
 
 /// Cause and cure if no message comes on a topic. @param is_published  The master knows a publisher.
 /// @param check  What else to do.

@@ -1,19 +1,41 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/node/mapping_node.h"
 
+#include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/mapping/sensor_input.h"
 #include "cuboid_mapping/ros/middleware/callbacks.h"
 #include "cuboid_mapping/ros/middleware/free_memory.h"
+#include "cuboid_mapping/ros/middleware/names.h"
+#include "cuboid_mapping/ros/middleware/published_topics.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
+
+#include <ros/console.h>
 
 #include <cstdint>
 #include <mutex>
+#include <string>
+#include <vector>
 
 namespace cuboid_mapping_ros {
 namespace {
 
 /// Number of service calls that run in parallel: four queries, and as many edits.
 constexpr std::uint32_t kServiceThreads = 8;
+
+/// Warns of another map in this namespace, such as octomap_server's. Call it before the node publishes: in a nodelet
+/// manager, the other map has the same name.
+void warnOfOtherMaps(const ros::NodeHandle& nh) {
+  for (const char* name : {kOccupiedCuboidsTopic, kOctomapBinaryTopic}) {
+    const std::string topic = nh.resolveName(name);
+    const std::vector<std::string> others = publishersOf(topic);
+    if (others.empty()) continue;
+    ROS_WARN_STREAM_NAMED(kNodeName, cuboid_mapping::join(others, ", ")
+                                         << " publishes " << topic
+                                         << ", too: its listeners get two maps. Start one of the "
+                                            "nodes in a namespace (__ns:=NAME), or end it");
+    return;
+  }
+}
 
 }  // namespace
 
@@ -43,6 +65,7 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
                      features_.report(report);
                    }) {
   if (start_map) restore(*start_map);
+  warnOfOtherMaps(nh_);
   features_.make(host_);
   advertiseServices();
   reconfigure_server_.emplace(host_.services_nh, parameters,
