@@ -201,6 +201,17 @@ TEST(SensorConversions, BeamsOfAScanLieWhereItsAnglesSay) {
   }
 }
 
+TEST(SensorConversions, DistortionIsAWarning) {
+  const DepthImage depth = makeDepth({1.0F, 2.0F}, 2);
+  EXPECT_EQ(expectGood(convertDepthImage(depth)).warnings, std::vector<std::string>{});
+  const auto bent = boost::make_shared<CameraInfo>(*depth.camera);
+  bent->distortion_model = "plumb_bob";
+  bent->D = {-0.3, 0.1, 0.0, 0.0, 0.0};
+  const auto warnings = expectGood(convertDepthImage({depth.image, bent})).warnings;
+  ASSERT_EQ(warnings.size(), 1U);
+  EXPECT_NE(warnings[0].find("distortion (plumb_bob)"), std::string::npos) << warnings[0];
+}
+
 TEST(SensorConversions, PixelsLieWhereTheCameraSays) {
   const std::vector<float> depths_m{1.0F, 2.0F, 3.0F, 4.0F, 5.0F, 6.0F};
   const DepthImage depth = makeDepth(depths_m, 3);

@@ -50,6 +50,13 @@ Pinhole makePinhole(const CameraInfo& camera) {
           pinhole.cy / binning_y};
 }
 
+/// Whether a raw image of the camera is bent by more than a pixel or so.
+bool isDistorted(const CameraInfo& camera) {
+  constexpr double kLeast = 0.01;
+  return std::any_of(camera.D.begin(), camera.D.end(),
+                     [](double coefficient) { return std::abs(coefficient) > kLeast; });
+}
+
 /// Whether the principal point was left unset.
 bool hasNoCentre(const CameraInfo& camera) {
   return camera.K[2] == 0.0 && camera.K[5] == 0.0 && camera.P[2] == 0.0 && camera.P[6] == 0.0;
@@ -339,6 +346,11 @@ ConvertedCloud convertDepthImage(const DepthImage& depth, const CloudOptions& op
     pinhole.cy = 0.5 * (image.height - 1.0);
     cloud.warnings.push_back(
         "camera_info has its principal point at 0, 0: the middle of the image is taken");
+  }
+  if (isDistorted(*depth.camera)) {
+    cloud.warnings.push_back(
+        "camera_info has distortion (" + depth.camera->distortion_model +
+        "), which is not corrected: if this image is raw, map the rectified one (image_proc)");
   }
   if (pinhole.fx < 0.0 || pinhole.fy < 0.0) {
     cloud.warnings.push_back(

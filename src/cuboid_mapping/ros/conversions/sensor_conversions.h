@@ -65,7 +65,7 @@ struct SensorMessage {
 ///   - compressed images of toCompressedImage() are decompressed first;
 ///   - an image of another size than the camera's is refused;
 ///   - the camera's projection matrix counts, or else its intrinsics. Region of interest and
-///     binning are taken into account; distortion is not: depth images are rectified;
+///     binning are taken into account; distortion is not, which is a warning: depth images are rectified;
 ///   - NaN, +inf, -inf, 0 and the given depths, in metres or units, depend on `no_return_points`, as for a
 ///     planar scan; negative depths are discarded. A beam without return reaches `no_return_range_m` along its
 ///     own direction.
