@@ -184,7 +184,8 @@ TEST(UnknownParameters, OfOtherNodesWithinTheNameOfTheNodeDoNoHarm) {
   EXPECT_EQ(keysOf(loaded.warnings), (std::vector<std::string>{"camera", "cuboid_mapping"}));
   EXPECT_EQ(
       warningOf(loaded, "cuboid_mapping"),
-      "is a group of keys that this node does not have: taken for another node's, and ignored");
+      "is a group of keys that this node does not have: taken for another node's, and ignored. "
+      "This node's keys have no name above them");
   EXPECT_EQ(loaded.parameters.map.resolution_m, 0.1);
 }
 

@@ -223,7 +223,8 @@ void judgeUnknownKeys(const XmlRpcValue& group, LoadedParameters& loaded) {
     if (is_group && !known.has(name) && !findNearestKey(name, known.groups)) {
       loaded.warnings.push_back({name,
                                  "is a group of keys that this node does not have: taken for "
-                                 "another node's, and ignored"});
+                                 "another node's, and ignored. This node's keys have no name above "
+                                 "them"});
       continue;
     }
     for (const auto& [rest, leaf] :
