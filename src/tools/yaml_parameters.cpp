@@ -64,7 +64,13 @@ XmlRpcValue loadYamlParameters(const std::string& file, const std::vector<std::s
   XmlRpcValue parameters;
   std::string subject = file;
   try {
-    if (!file.empty()) parameters = toValue(YAML::LoadFile(file));
+    if (!file.empty()) {
+      const YAML::Node root = YAML::LoadFile(file);
+      if (!root.IsMap() && !root.IsNull()) {
+        throw std::runtime_error("it must have lines such as resolution: 0.1");
+      }
+      parameters = toValue(root);
+    }
     for (const std::string& setting : settings) {
       subject = "--set " + setting;
       set(setting, parameters);

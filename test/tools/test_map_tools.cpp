@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <fstream>
 
 namespace cuboid_mapping {
 namespace {
@@ -332,6 +333,10 @@ TEST_F(BagToMap, namesTheFileThatItCannotRead) {
                        none + " as a rosbag: No such file or directory"));
   const std::string folder_error = convert(*folder / "x.bt", {"--params", *folder / "."}).err;
   EXPECT_TRUE(mentions(folder_error, "cannot read " + (*folder / ".") + ": ")) << folder_error;
+  const std::string list = *folder / "list.yaml";
+  std::ofstream(list) << "- resolution: 0.1\n";
+  const std::string list_error = convert(*folder / "x.bt", {"--params", list}).err;
+  EXPECT_TRUE(mentions(list_error, "cannot read " + list + ": it must have lines")) << list_error;
 }
 
 TEST_F(BagToMap, makesAStoreThatIsTheMapWithoutAWindow) {
