@@ -25,11 +25,13 @@ constexpr double kClockPatience_s = 1.0;
 /// Of a cloud that is too old for tf. A source whose clouds had transforms has a good clock.
 std::string describeDelay(double delay_s, bool has_good_clock) {
   constexpr double kLongest_s = 3600.0;
-  const std::string text = "its stamp is " + describeAge(delay_s) + " behind tf: ";
-  if (!has_good_clock || delay_s > kLongest_s) return text;
-  return text +
-         "it came late, as after a standstill of this node or the network, whose clouds are lost; "
-         "if this goes on, ";
+  std::string text = "its stamp is " + describeAge(delay_s) + " behind tf: ";
+  if (has_good_clock && delay_s <= kLongest_s) {
+    text +=
+        "it came late, as after a standstill of this node or the network, whose clouds are "
+        "lost; if this goes on, ";
+  }
+  return text;
 }
 
 /// Runs work that makes a text. Without memory, the text stays empty, or nothing is logged.

@@ -57,7 +57,7 @@ std::optional<CloudPoses> lookupAt(const TfBuffer& tf, const PoseFrames& frames,
   /// @param cure  Where to look if tf does not have the frame.
   const auto lookup = [&](const std::string& frame_id, const std::string& cure = "") {
     const bool was_complete = is_complete;
-    const Eigen::Isometry3d T_map_frame = lookup_in(frames.map, frame_id);
+    Eigen::Isometry3d T_map_frame = lookup_in(frames.map, frame_id);
     if (was_complete && !is_complete && !cure.empty()) search.why += " (" + cure + ')';
     return T_map_frame;
   };

@@ -241,7 +241,9 @@ std::string TfReceiver::noteParent(const geometry_msgs::TransformStamped& transf
   }
   if (frame.num_changes <= kMostChanges) return {};
   std::vector<std::string> names;
-  for (const auto& [parent, of] : frame.parents) names.push_back("'" + parent + "' (" + of + ")");
+  for (const auto& [parent, of] : frame.parents) {
+    names.push_back("'" + std::string(parent).append("' (").append(of).append(")"));
+  }
   return "they have different parents in turn, " + cuboid_mapping::join(names, " and ") +
          ", of which tf follows the last. Stop all but one";
 }
