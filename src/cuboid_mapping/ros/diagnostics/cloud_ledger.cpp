@@ -106,7 +106,6 @@ bool CloudLedger::noteReceived(std::size_t source, const std_msgs::Header& heade
   }
   ++of.statistics.num_received;
   if (figures_.statistics.num_received++ == 0) figures_.last_progress = of.last_received;
-  figures_.last_source = source;
   figures_.last_arrival = of.last_arrival;
   figures_.last_header = header;
   speed_watch_.noteReceived(header.stamp.toSec(), source);

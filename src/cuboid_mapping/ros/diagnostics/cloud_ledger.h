@@ -106,7 +106,6 @@ class CloudLedger {
     NodeStatistics statistics;
     std::vector<Source> sources;
     std_msgs::Header last_header;  ///< Header of the last message, ...
-    std::size_t last_source = 0;   ///< ... its source, ...
     ros::Time last_arrival;        ///< ... and its arrival.
     /// Time of the last insertion or empty cloud, or of the first cloud.
     Clock::time_point last_progress;

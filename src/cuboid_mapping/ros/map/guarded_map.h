@@ -166,8 +166,9 @@ class GuardedMap {
   /// @param work  (const CuboidMap&, const ros::Time& stamp, const MapWindow*) -> any.
   template <typename WorkT>
   auto readWithWindow(const WorkT& work) const {
-    const ReadLock lock(mutex_, true);
-    return work(std::as_const(map_), stamp_, static_cast<const MapWindow*>(window_.get()));
+    return readWhole([&](const CuboidMap& map, const ros::Time& stamp) {
+      return work(map, stamp, static_cast<const MapWindow*>(window_.get()));
+    });
   }
 
   /// Reads the map for long: others get their turn where the work allows it (Budget::spendAndUnlock()), and the
@@ -221,15 +222,16 @@ class GuardedMap {
   ///              and the next call reports that everything has changed.
   template <typename WorkT>
   ChangeSet takeChanges(const WorkT& work) {
-    const ReadLock lock(mutex_, true);
-    ChangeSet changes = takeChanges();
-    try {
-      work(std::as_const(map_), stamp_, changes);
-    } catch (...) {
-      noteEverything();
-      throw;
-    }
-    return changes;
+    return readWhole([&](const CuboidMap& map, const ros::Time& stamp) {
+      ChangeSet changes = takeChanges();
+      try {
+        work(map, stamp, changes);
+      } catch (...) {
+        noteEverything();
+        throw;
+      }
+      return changes;
+    });
   }
 
  private:

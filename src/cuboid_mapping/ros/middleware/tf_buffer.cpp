@@ -77,7 +77,7 @@ void TfBuffer::clear() {
 
 std::optional<double> TfBuffer::delay_s(const geometry_msgs::TransformStamped& transform) const {
   const std::lock_guard<std::mutex> lock(mutex_);
-  const auto times = times_.find(withoutSlash(transform.child_frame_id));
+  const auto times = times_.find(transform.child_frame_id);
   if (times == times_.end()) return std::nullopt;
   return times->second.newest_s - transform.header.stamp.toSec();
 }
@@ -96,9 +96,9 @@ bool TfBuffer::covers(const std::string& frame_id, const ros::Time& stamp) const
 void TfBuffer::noteFault(const std::string& frame_id, const std::string& fault) {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (fault.empty()) {
-    faults_.erase(withoutSlash(frame_id));
+    faults_.erase(frame_id);
   } else {
-    faults_[withoutSlash(frame_id)] = fault;
+    faults_[frame_id] = fault;
   }
 }
 

@@ -50,10 +50,10 @@ class TfBuffer : public tf2::BufferCore {
   /// Time that it keeps.
   [[nodiscard]] double cache_s() const { return cache_s_; }
 
-  /// Time by which a transform is older than its frame's newest; nothing before the first one.
+  /// Time by which a transform is older than its frame's newest; nothing before the first one. @pre tidyTransform().
   [[nodiscard]] std::optional<double> delay_s(
       const geometry_msgs::TransformStamped& transform) const;
-  /// Notes why a transform of a frame is not taken; empty: it is.
+  /// Notes why the latest transform of a frame is not to be trusted; empty: it is. @param frame_id  Without slash.
   void noteFault(const std::string& frame_id, const std::string& fault);
   /// Whether all moving frames above a frame had transforms before and after a time: tf will have no better ones.
   [[nodiscard]] bool covers(const std::string& frame_id, const ros::Time& stamp) const;

@@ -156,11 +156,13 @@ struct KeepParameters {
 struct OctomapServerParameters {
   std::string base_frame_id = "base_footprint";  ///< Frame of the robot, z = 0 on the ground.
   bool filter_speckles = false;  ///< Leave out occupied voxels without occupied neighbours.
-  double occupancy_min_z_m =
-      -1e9;  ///< Lower cells are not in its markers, points and projected_map.
-  double occupancy_max_z_m = 1e9;  ///< Higher cells are not in these.
-  double min_x_size_m = 0.0;       ///< Minimum size of projected_map.
-  double min_y_size_m = 0.0;       ///< Minimum size of projected_map.
+  /// Cells below and above are not in its markers, points and projected_map.
+  ///@{
+  double occupancy_min_z_m = -1e9;
+  double occupancy_max_z_m = 1e9;
+  ///@}
+  double min_x_size_m = 0.0;    ///< Minimum size of projected_map.
+  double min_y_size_m = 0.0;    ///< Minimum size of projected_map.
   int max_projection_mb = 100;  ///< Maximum size of projected_map: a byte per cell. No parameter.
 };
 
