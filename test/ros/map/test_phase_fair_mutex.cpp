@@ -15,15 +15,21 @@ namespace {
 /// Gives a thread time to reach its wait; on a busy machine a test may then detect less.
 void letWait() { std::this_thread::sleep_for(std::chrono::milliseconds(20)); }
 
-TEST(PhaseFairMutex, ReadersGoPastAWriterWhoWaitsForAnotherOne) {
-  PhaseFairMutex mutex;
-  const int long_reader = mutex.lockShared();
-  std::atomic<bool> is_written{false};
+/// A thread that writes as soon as it may.
+std::thread startWriter(PhaseFairMutex& mutex, std::atomic<bool>& is_written) {
   std::thread writer([&] {
     const std::lock_guard<PhaseFairMutex> lock(mutex);
     is_written = true;
   });
   letWait();
+  return writer;
+}
+
+TEST(PhaseFairMutex, ReadersGoPastAWriterWhoWaitsForAnotherOne) {
+  PhaseFairMutex mutex;
+  const int long_reader = mutex.lockShared();
+  std::atomic<bool> is_written{false};
+  std::thread writer = startWriter(mutex, is_written);
   for (int i = 0; i < 3; ++i) mutex.unlockShared(mutex.lockShared());  // A deadlock hangs here.
   EXPECT_FALSE(is_written);
   mutex.unlockShared(long_reader);
@@ -36,11 +42,7 @@ TEST(PhaseFairMutex, AWriterWaitsForNoMoreThanThoseWhoWentPast) {
   const int first = mutex.lockShared();
   std::atomic<bool> is_written{false};
   std::atomic<bool> has_seen_write{false};
-  std::thread writer([&] {
-    const std::lock_guard<PhaseFairMutex> lock(mutex);
-    is_written = true;
-  });
-  letWait();
+  std::thread writer = startWriter(mutex, is_written);
   const int second = mutex.lockShared();
   mutex.unlockShared(first);
   std::thread third([&] {
@@ -60,11 +62,7 @@ TEST(PhaseFairMutex, NobodyWaitsForALongReaderWhoCameAfterTheWriter) {
   PhaseFairMutex mutex;
   const int first = mutex.lockShared();
   std::atomic<bool> is_written{false};
-  std::thread writer([&] {
-    const std::lock_guard<PhaseFairMutex> lock(mutex);
-    is_written = true;
-  });
-  letWait();
+  std::thread writer = startWriter(mutex, is_written);
   std::atomic<bool> is_written_before{false};
   std::thread second([&] {
     const int generation = mutex.lockShared(true);

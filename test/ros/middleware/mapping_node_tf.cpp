@@ -6,19 +6,44 @@
 
 #include <ros/callback_queue.h>
 
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace cuboid_mapping_ros::test {
 namespace {
 
-TEST(TfReceiver, LosesNoTransformWhileItsThreadIsBusy) {
+/// A receiver of the transforms of a topic, and their publisher.
+class TfReceiverTest : public testing::Test {
+ protected:
+  TfReceiverTest() {
+    nh.setCallbackQueue(&queue);
+    receiver.emplace(nh, buffer);
+    publisher = nh.advertise<tf2_msgs::TFMessage>("/tf", 100);
+  }
+
+  [[nodiscard]] bool hears(const std::string& frame_id, const ros::Time& stamp) {
+    return waitFor([&] {
+      queue.callAvailable();
+      return buffer.canTransform("map", frame_id, stamp);
+    });
+  }
+  [[nodiscard]] PoseSearch search(const std::string& frame_id, const ros::Time& stamp) const {
+    const NodeParameters parameters;
+    std_msgs::Header header;
+    header.frame_id = frame_id;
+    header.stamp = stamp;
+    return findPoses(buffer, PoseFrames(parameters, parameters.source), header, {});
+  }
+
   ros::CallbackQueue queue;
-  ros::NodeHandle nh("", {{"/tf", "/burst"}});
-  nh.setCallbackQueue(&queue);
+  ros::NodeHandle nh{"", {{"/tf", "/heard_tf"}}};
   TfBuffer buffer;
-  const TfReceiver receiver(nh, buffer);
-  const auto publisher = nh.advertise<tf2_msgs::TFMessage>("/tf", 1);
+  std::optional<TfReceiver> receiver;
+  ros::Publisher publisher;
+};
+
+TEST_F(TfReceiverTest, LosesNoTransformWhileItsThreadIsBusy) {
   // At 1 kHz, with the robot's joints, half a second.
   const ros::Time begin(1000.0);
   const ros::Time end(1000.5);
@@ -27,21 +52,12 @@ TEST(TfReceiver, LosesNoTransformWhileItsThreadIsBusy) {
     message->transforms.push_back(makeTransform("map", "lidar", makeTranslation(0, 0, 0), stamp));
     publisher.publish(message);
   }
-  ASSERT_TRUE(waitFor([&] {
-    queue.callAvailable();
-    return buffer.canTransform("map", "lidar", end);
-  }));
+  ASSERT_TRUE(hears("lidar", end));
   EXPECT_TRUE(buffer.canTransform("map", "lidar", begin));
 }
 
 /// tf2 itself has a line for each.
-TEST(TfReceiver, NamesAFaultyTransformOnceAndNoTwins) {
-  ros::CallbackQueue queue;
-  ros::NodeHandle nh("", {{"/tf", "/faulty"}});
-  nh.setCallbackQueue(&queue);
-  TfBuffer buffer;
-  const TfReceiver receiver(nh, buffer);
-  const auto publisher = nh.advertise<tf2_msgs::TFMessage>("/tf", 100);
+TEST_F(TfReceiverTest, NamesAFaultyTransformOnceAndNoTwins) {
   (void)LoggedLines::take();
   ros::Time stamp(1000.0);
   for (int i = 0; i < 20; ++i) {
@@ -53,10 +69,7 @@ TEST(TfReceiver, NamesAFaultyTransformOnceAndNoTwins) {
     message.transforms = {wheel, wheel, camera};
     publisher.publish(message);
   }
-  ASSERT_TRUE(waitFor([&] {
-    queue.callAvailable();
-    return buffer.canTransform("map", "wheel", stamp);
-  }));
+  ASSERT_TRUE(hears("wheel", stamp));
   tf2_msgs::TFMessage late;
   late.transforms = {makeTransform("map", "wheel", makeTranslation(0, 0, 0), ros::Time(900.0)),
                      makeTransform("wheel", "wheel", makeTranslation(0, 0, 0), stamp)};
@@ -67,22 +80,10 @@ TEST(TfReceiver, NamesAFaultyTransformOnceAndNoTwins) {
       "the rotation (0, 0, 0, 0) is no unit quaternion. Correct " + ros::this_node::getName();
   EXPECT_EQ(LoggedLines::take(),
             (std::vector<std::string>{"a transform of 'camera' is ignored: " + fault}));
-  const NodeParameters parameters;
-  std_msgs::Header header;
-  header.frame_id = "camera";
-  header.stamp = stamp;
-  const PoseFrames frames(parameters, parameters.source);
-  EXPECT_EQ(findPoses(buffer, frames, header, {}).why,
-            "the transforms of 'camera' are faulty: " + fault);
+  EXPECT_EQ(search("camera", stamp).why, "the transforms of 'camera' are faulty: " + fault);
 }
 
-TEST(TfReceiver, NamesThePublishersOfTwoParents) {
-  ros::CallbackQueue queue;
-  ros::NodeHandle nh("", {{"/tf", "/torn"}});
-  nh.setCallbackQueue(&queue);
-  TfBuffer buffer;
-  const TfReceiver receiver(nh, buffer);
-  const auto publisher = nh.advertise<tf2_msgs::TFMessage>("/tf", 100);
+TEST_F(TfReceiverTest, NamesThePublishersOfTwoParents) {
   const ros::Time begin(1000.0);
   const auto send = [&](const std::string& parent, double time_s) {
     tf2_msgs::TFMessage message;
@@ -91,25 +92,16 @@ TEST(TfReceiver, NamesThePublishersOfTwoParents) {
     publisher.publish(message);
   };
   for (int i = 0; i <= 20; ++i) send(i % 2 == 0 ? "map" : "odom", 0.1 * i);
-  ASSERT_TRUE(waitFor([&] {
-    queue.callAvailable();
-    return buffer.canTransform("map", "base", begin + ros::Duration(2.0));
-  }));
-  const NodeParameters parameters;
-  std_msgs::Header header;
-  header.frame_id = "base";
-  header.stamp = begin + ros::Duration(1.95);
-  const PoseFrames frames(parameters, parameters.source);
-  const PoseSearch search = findPoses(buffer, frames, header, {});
-  EXPECT_EQ(search.hopeless, DropReason::kNoTransform) << "tf has not begun after it";
+  ASSERT_TRUE(hears("base", begin + ros::Duration(2.0)));
+  const PoseSearch between = search("base", begin + ros::Duration(1.95));
+  EXPECT_EQ(between.hopeless, DropReason::kNoTransform) << "tf has not begun after it";
   const std::string by = " (" + ros::this_node::getName() + ")";
-  EXPECT_EQ(search.why.find("the transforms of 'base' are faulty: they have different parents in "
-                            "turn, 'map'" +
-                            by + " and 'odom'" + by),
+  EXPECT_EQ(between.why.find("the transforms of 'base' are faulty: they have different parents in "
+                             "turn, 'map'" +
+                             by + " and 'odom'" + by),
             0U)
-      << search.why;
-  header.stamp = begin - ros::Duration(1.0);
-  EXPECT_EQ(findPoses(buffer, frames, header, {}).hopeless, DropReason::kBeforeTf);
+      << between.why;
+  EXPECT_EQ(search("base", begin - ros::Duration(1.0)).hopeless, DropReason::kBeforeTf);
 }
 
 }  // namespace
