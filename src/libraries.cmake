@@ -13,7 +13,7 @@ cuboid_mapping_add_part(core
   cuboid_mapping/fusion/growth_fusion.cpp
   cuboid_mapping/fusion/growth_rules.cpp
   cuboid_mapping/geometry/grid.cpp
-  cuboid_mapping/geometry/isometry.cpp
+  cuboid_mapping/geometry/compiler_flags.cpp
   cuboid_mapping/geometry/voxel_motion.cpp
   cuboid_mapping/io/brick_codec.cpp
   cuboid_mapping/io/map_file_error.cpp

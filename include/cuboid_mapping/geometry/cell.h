@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "cuboid_mapping/geometry/standard_containers.h"
+
 #include <cstddef>
 #include <cstdint>
 #include <ostream>

@@ -6,6 +6,8 @@
 // -DEIGEN_MAX_ALIGN_BYTES=16.
 #pragma once
 
+#include "cuboid_mapping/geometry/standard_containers.h"
+
 #include <Eigen/Geometry>
 
 #include <cstddef>
