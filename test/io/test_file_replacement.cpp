@@ -98,6 +98,19 @@ TEST(FileReplacement, leavesAloneWhatALinkInThePlaceOfItsTemporaryFileNames) {
   }
 }
 
+TEST(FileReplacement, saysThatAnotherOneIsWritingTheFile) {
+  const TemporaryFolder folder;
+  const std::string file = folder / "map.cuboids";
+  replaceFile(file, [&](const std::string& partial) {
+    std::ofstream(partial) << "first";
+    EXPECT_NE(errorOf([&] { replaceFile(file, "second"); }).find("is writing it"),
+              std::string::npos);
+    EXPECT_NE(errorOf([&] { checkReplaceable(file); }).find("is writing it"), std::string::npos);
+  });
+  EXPECT_EQ(readFile(file), "first");
+  EXPECT_EQ(folder.list().size(), 1U);
+}
+
 TEST(FileReplacement, keepsThePermissionsOfTheFile) {
   const TemporaryFolder folder;
   const std::string file = folder / "map.cuboids";

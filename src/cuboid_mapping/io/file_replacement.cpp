@@ -3,6 +3,7 @@
 
 #include <fcntl.h>
 #include <mntent.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -133,6 +134,25 @@ void keepPermissions(const Descriptor& partial, const std::string& target) {
   if (S_ISREG(status.st_mode)) (void)fchmod(partial.get(), old.st_mode & 07777);
 }
 
+[[noreturn]] void failAsBusy(const std::string& file) {
+  throw MapFileError(
+      MapFileDefect::kInaccessible,
+      "cannot write " + file + ": another program, or call, is writing it: try again later");
+}
+
+/// Whether this program has the lock now, or the file system has none.
+bool tryLock(const Descriptor& descriptor) {
+  return ::flock(descriptor.get(), LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK;
+}
+
+/// Removes the temporary file of a program that was killed. What a link there names is not ours to overwrite.
+/// @throws MapFileError while another program, or thread, writes it.
+void removeLeftover(const std::string& partial, const std::string& file) {
+  const Descriptor leftover(partial, kForReading | O_NOFOLLOW);
+  if (leftover.isOpen() && !tryLock(leftover)) failAsBusy(file);
+  (void)::unlink(partial.c_str());
+}
+
 /// A file that will be replaced, and the temporary file beside it.
 struct Replacement {
   std::string target;
@@ -164,7 +184,7 @@ Replacement replacementOf(const std::string& file) {
   const std::string partial =
       is_long ? (path.parent_path() / (name.substr(0, kLongestName) + kEnding)).string()
               : target + kEnding;
-  (void)::unlink(partial.c_str());  // What a link there names is not ours to overwrite.
+  removeLeftover(partial, file);
   return {target, partial};
 }
 
@@ -221,12 +241,15 @@ void replaceFile(const std::string& file, std::string_view bytes) {
 
 void replaceFile(const std::string& file, const std::function<void(const std::string&)>& write) {
   const auto [target, partial] = replacementOf(file);
+  // Checked here, because not every writer says why it fails. Open until the end, for the lock.
+  const Descriptor descriptor(partial, kForWriting);
+  if (!descriptor.isOpen()) fail("cannot write", file, errno);
+  struct stat status {};
+  const bool is_removed =
+      !tryLock(descriptor) || (fstat(descriptor.get(), &status) == 0 && status.st_nlink == 0);
+  if (is_removed) failAsBusy(file);  // By another one that has begun at the same moment.
   Removal removal(partial);
-  {  // Checked here, because not every writer says why it fails.
-    const Descriptor descriptor(partial, kForWriting);
-    if (!descriptor.isOpen()) fail("cannot write", file, errno);
-    keepPermissions(descriptor, target);
-  }
+  keepPermissions(descriptor, target);
   write(partial);
   // The new name must never stand for bytes that are not on the disk yet.
   if (!synchronize(partial, O_RDONLY | O_CLOEXEC)) fail("cannot write", file, errno);

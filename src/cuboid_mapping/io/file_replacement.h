@@ -23,8 +23,8 @@ namespace cuboid_mapping {
 ///
 /// A symbolic link stays, and its target is replaced; permissions stay. Writes FILE.partial in the same folder, flushes
 /// it to the disk, and renames it to FILE. After an error FILE is as it was and FILE.partial is gone; after a crash
-/// the latter may stay, and the next call removes it first, also a link. Two calls for one file must not run side by
-/// side.
+/// the latter may stay, and the next call removes it first, also a link. Of two calls for one file at once, also of
+/// two programs, one fails and says so.
 ///
 /// @throws MapFileError (kInaccessible) with the system's reason: an unwritable folder, a path that
 ///         is a folder, a device or a pipe, a full disk.
