@@ -8,9 +8,11 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <set>
+#include <stdexcept>
 #include <vector>
 
 namespace cuboid_mapping {
@@ -109,6 +111,23 @@ TEST(ScanUpdate, aFreePointMissesItsVoxelUnlessABeamHitsIt) {
       {{0, 0, 0}, false}, {{1, 0, 0}, false}, {{2, 0, 0}, true}, {{-10, 30, 4}, false}};
   EXPECT_EQ(observe(scan), expected);
   EXPECT_EQ(observe(scan, 1.5).count({-10, 30, 4}), 1U) << "a max range is of beams";
+}
+
+TEST(ScanUpdate, endsWhenItIsCancelledAndTheNextOneIsWhole) {
+  test::Random random(96);
+  Scan scan;
+  for (int i = 0; i < 3000; ++i) {
+    scan.points.push_back(test::randomPoint(random, 5.0).cast<float>());
+  }
+  for (const ColumnUse use : {ColumnUse::kNever, ColumnUse::kAlways}) {
+    std::atomic<bool> is_cancelled{true};
+    ScanUpdater updater(Grid(0.1), 8.0, 2);
+    updater.setColumnUse(use);
+    updater.cancelWhen(is_cancelled);
+    EXPECT_THROW((void)updater.compute(scan), std::runtime_error);
+    is_cancelled = false;
+    EXPECT_EQ(test::toObservedCells(updater.compute(scan)), observeWithOctomap(scan, 0.1, 8.0));
+  }
 }
 
 TEST(ScanUpdate, missesTheVoxelsBeforeTheEndAndHitsTheEnd) {

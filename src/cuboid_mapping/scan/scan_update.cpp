@@ -184,7 +184,7 @@ void ScanUpdater::addBeam(const BeamSource& source, const Beams& beams, std::siz
 
 void ScanUpdater::addBeams(const BeamSource& source, const Beams& beams, Share& share) const {
   constexpr std::size_t kBatch = RayBatch::kSize;
-  for (std::size_t first = 0; first < beams.count; first += kBatch) {
+  for (std::size_t first = 0; first < beams.count && !isCancelled(); first += kBatch) {
     const Beams batch = beams.part(first, std::min(first + kBatch, beams.count));
     std::uint32_t left = RayBatch::all(static_cast<int>(batch.count));
     if (hasLanes()) left = addBatch(source, batch, share);

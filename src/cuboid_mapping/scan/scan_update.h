@@ -19,6 +19,7 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -65,6 +66,8 @@ class ScanUpdater {
   /// Swaps the last update with another object, whose memory is reused.
   void swapUpdate(ScanUpdate& update) { std::swap(update_, update); }
 
+  /// Has compute() throw std::runtime_error soon after this has become true.
+  void cancelWhen(const std::atomic<bool>& is_cancelled) { is_cancelled_ = &is_cancelled; }
   void setColumnUse(ColumnUse use) { column_use_ = use; }
   /// Slabs that ColumnWalk took in the last update, of all faces: 0 if all beams were walked one by one.
   [[nodiscard]] std::size_t numColumnSlabs() const { return num_column_slabs_; }
@@ -166,13 +169,17 @@ class ScanUpdater {
   void walkBehindColumns(const BeamSource& source);
   void addRest(const BeamSource& source, const Eigen::Vector3f* ends, int count, int num_slabs,
                Share& share) const;
-  /// Calls add(i, share) for each i in [0, count), on all threads.
+  [[nodiscard]] bool isCancelled() const { return is_cancelled_ != nullptr && *is_cancelled_; }
+  /// Calls add(i, share) for each i in [0, count), on all threads. @throws std::runtime_error  See cancelWhen().
   template <typename AddT>
   void forEachPart(std::size_t count, AddT add) {
     std::atomic<std::size_t> next{0};
     parallelFor(shares_.size(), numThreads(), [&](std::size_t i) {
-      for (std::size_t part = next++; part < count; part = next++) add(part, shares_[i]);
+      for (std::size_t part = next++; part < count && !isCancelled(); part = next++) {
+        add(part, shares_[i]);
+      }
     });
+    if (isCancelled()) throw std::runtime_error("cancelled, because the program ends");
   }
   /// Adds part `part` of `num_parts` of a scan. @param by_columns  Whether addByColumns() adds the rest of it.
   void addScan(const Scan& scan, const float* margins, bool by_columns, std::size_t part,
@@ -194,6 +201,7 @@ class ScanUpdater {
   std::vector<std::vector<float>> margins_;  ///< SurfaceMargins of each scan of a cloud.
   BeamSampling sampling_;
   std::array<FaceBeams, kNumFaces> face_beams_;
+  const std::atomic<bool>* is_cancelled_ = nullptr;
   ColumnUse column_use_ = ColumnUse::kWhereCheaper;
   std::size_t num_column_slabs_ = 0;
   std::uint64_t num_scans_ = 0;

@@ -233,10 +233,12 @@ Slices findSlices(const SensorSteps& steps, const SensorMessage& message) {
   return slices;
 }
 
-std::vector<std::unique_ptr<Source>> makeSources(const NodeParameters& parameters) {
+std::vector<std::unique_ptr<Source>> makeSources(const NodeParameters& parameters,
+                                                 const std::atomic<bool>* is_cancelled) {
   std::vector<std::unique_ptr<Source>> sources;
   for (const SourceParameters& source : sourcesOf(parameters)) {
     sources.push_back(std::make_unique<Source>(parameters, source));
+    if (is_cancelled != nullptr) sources.back()->input.cancelWhen(*is_cancelled);
   }
   return sources;
 }

@@ -14,6 +14,7 @@
 
 #include <Eigen/Geometry>
 
+#include <atomic>
 #include <memory>
 #include <optional>
 #include <string>
@@ -56,6 +57,8 @@ class SensorInput {
   /// Warnings about the clouds so far, each once; see CloudChecks.
   [[nodiscard]] std::vector<std::string> takeWarnings() { return checks_.takeWarnings(); }
 
+  /// Has compute() throw std::runtime_error soon after this has become true.
+  void cancelWhen(const std::atomic<bool>& is_cancelled) { scan_updater_.cancelWhen(is_cancelled); }
   /// Does not give again the warnings of the same source before a change of parameters.
   void goOnFrom(const SensorInput& earlier) { checks_.goOnFrom(earlier.checks_); }
 
@@ -112,7 +115,8 @@ struct Source {
   SensorInput input;
 };
 
-/// One for each of sourcesOf().
-[[nodiscard]] std::vector<std::unique_ptr<Source>> makeSources(const NodeParameters& parameters);
+/// One for each of sourcesOf(). @param is_cancelled  See ScanUpdater::cancelWhen(); null: never.
+[[nodiscard]] std::vector<std::unique_ptr<Source>> makeSources(
+    const NodeParameters& parameters, const std::atomic<bool>* is_cancelled = nullptr);
 
 }  // namespace cuboid_mapping_ros

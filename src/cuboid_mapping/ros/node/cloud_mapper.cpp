@@ -14,14 +14,16 @@ namespace cuboid_mapping_ros {
 
 CloudMapper::CloudMapper(const NodeParameters& parameters, CloudReceiver& receiver,
                          CloudLedger& ledger, GuardedMap& map, NodeFeatures& features,
-                         PublishingThread& publishing, CallbackGuard& guard)
+                         PublishingThread& publishing, CallbackGuard& guard,
+                         const std::atomic<bool>& is_stopping)
     : receiver_(receiver),
       ledger_(ledger),
       map_(map),
       features_(features),
       publishing_(publishing),
       guard_(guard),
-      sources_(makeSources(parameters)) {}
+      is_stopping_(is_stopping),
+      sources_(makeSources(parameters, &is_stopping)) {}
 
 void CloudMapper::start() {
   thread_ = std::thread([this] { mapClouds(); });
@@ -29,7 +31,7 @@ void CloudMapper::start() {
 
 void CloudMapper::setParameters(const NodeParameters& parameters) {
   const auto lock = hold();
-  auto sources = makeSources(parameters);
+  auto sources = makeSources(parameters, &is_stopping_);
   for (std::size_t i = 0; i < sources.size(); ++i) {
     sources[i]->input.goOnFrom(sources_.at(i)->input);
   }

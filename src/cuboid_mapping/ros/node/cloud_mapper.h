@@ -28,10 +28,10 @@ namespace cuboid_mapping_ros {
 /// All functions are thread-safe.
 class CloudMapper {
  public:
-  /// All references must outlive this object.
+  /// All references must outlive this object. @param is_stopping  Ends work on a cloud; the cloud is dropped.
   CloudMapper(const NodeParameters& parameters, CloudReceiver& receiver, CloudLedger& ledger,
               GuardedMap& map, NodeFeatures& features, PublishingThread& publishing,
-              CallbackGuard& guard);
+              CallbackGuard& guard, const std::atomic<bool>& is_stopping);
 
   void start();
   /// Waits for the end of the thread. @pre The receiver has stopped.
@@ -62,6 +62,7 @@ class CloudMapper {
   NodeFeatures& features_;
   PublishingThread& publishing_;
   CallbackGuard& guard_;
+  const std::atomic<bool>& is_stopping_;
   FairMutex work_mutex_;  ///< Guards sources_; held while a cloud is taken, and in work.
   std::vector<std::unique_ptr<Source>> sources_;  ///< With the current parameters.
   std::atomic<std::uint64_t> first_stamp_ns_{0};

@@ -56,7 +56,7 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
                     &is_stopping_},
       host_(makeHost()),
       features_(guard_),
-      mapper_(parameters, receiver_, ledger_, map_, features_, publishing_, guard_),
+      mapper_(parameters, receiver_, ledger_, map_, features_, publishing_, guard_, is_stopping_),
       diagnostics_(nh_, private_nh_, guard_, ledger_, map_,
                    [this](const CloudLedger::Figures& figures, NodeReport& report) {
                      report.frame_id = withoutSlash(parameters_.frame_id);
