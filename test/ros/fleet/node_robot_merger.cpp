@@ -81,6 +81,17 @@ TEST_F(RobotMergerTest, PutsTheOthersIntoTheMapWhenOneFails) {
       3U);
 }
 
+TEST_F(RobotMergerTest, NamesTheTopicOfARobotThatIsNotThere) {
+  parameters_.fleet.robots = {"/mistyped"};
+  GuardedMap map(parameters_.map);
+  RobotMerger merger(nh_, nh_, parameters_, map, {[] { return false; }, [](const auto&, bool) {}});
+  diagnostic_updater::DiagnosticStatusWrapper status;
+  merger.fillStatus(status);
+  EXPECT_EQ(status.level, diagnostic_msgs::DiagnosticStatus::WARN);
+  EXPECT_EQ(status.message.rfind("nobody publishes /mistyped/observations: ", 0), 0U)
+      << status.message;
+}
+
 TEST_F(RobotMergerTest, NamesTheRobotWhoseClockIsBehind) {
   parameters_.fleet.robots = {"/punctual", "/behind"};
   parameters_.fleet.merge_delay_s = 0.02;

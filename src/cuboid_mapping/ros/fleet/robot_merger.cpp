@@ -236,6 +236,12 @@ void RobotMerger::fillStatus(diagnostic_updater::DiagnosticStatusWrapper& status
   const MergeCounts counts = order_.counts();
   status.summary(DiagnosticStatus::OK, counted(counts.num_received, "observation") + " of " +
                                            counted(counts.num_sessions, "session"));
+  for (const ros::Subscriber& subscriber : subscribers_) {
+    if (subscriber.getNumPublishers() > 0) continue;
+    status.summary(DiagnosticStatus::WARN,
+                   "nobody publishes " + subscriber.getTopic() +
+                       ": start that robot's node, or correct merge/robots");
+  }
   if (counts.num_missing > 0 && counts.num_missing >= reported_.num_missing) {
     status.summary(
         DiagnosticStatus::WARN,

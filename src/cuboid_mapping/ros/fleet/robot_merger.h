@@ -58,7 +58,8 @@ class RobotMerger {
 
   /// Adds its topics, such as "/robot1/observations /robot2/observations", and their publishers.
   void report(NodeReport& report) const;
-  /// Figures, and a warning if observations are missing, came too late, or were refused since the last report.
+  /// Figures, and a warning if a robot is not there, or observations are missing, came too late, or were refused since
+  /// the last report.
   void fillStatus(diagnostic_updater::DiagnosticStatusWrapper& status);
 
  private:
