@@ -86,7 +86,8 @@ void MapFiles::onSave(const SaveMap::Request& request, SaveMap::Response& respon
     response.info.message = "saved to " + file;
     if (answer.num_cuboids == 0) {
       response.info.message +=
-          "; the map is empty: no cloud has got into it, see the log or /diagnostics";
+          "; the map is empty: no cloud has got into it since the start or ~reset, see the log or "
+          "/diagnostics";
       ROS_WARN_STREAM_NAMED(kNodeName, response.info.message);
     }
   }
