@@ -116,6 +116,16 @@ TEST_P(NodeFiles, AreSavedAtTheEnd) {
   EXPECT_EQ(numVoxelsIn(file), kVoxelsOfBox);
 }
 
+TEST_P(NodeFiles, AreSavedAgainIfTheyWereRemoved) {
+  const std::string file = folder_ / "map.cuboids";
+  start({"_autosave_file:=" + file, "_autosave_period:=1.0"});
+  setBox(1);
+  EXPECT_TRUE(waitFor([&] { return numVoxelsIn(file) == kVoxelsOfBox; }));
+  std::filesystem::remove(file);
+  stop();
+  EXPECT_EQ(numVoxelsIn(file), kVoxelsOfBox) << "though nothing has changed";
+}
+
 TEST_P(NodeFiles, AreSavedAtTheEndWhateverSignalAsksForIt) {
   for (const int signal : {SIGTERM, SIGHUP}) {
     const std::string file = folder_ / ("map" + std::to_string(signal) + ".cuboids");

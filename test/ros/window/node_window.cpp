@@ -59,6 +59,14 @@ TEST_P(NodeWindow, SaysThatItsFileCannotBeWritten) {
   EXPECT_TRUE(log.waitForLine("map not saved to " + file_ + ": "));
 }
 
+TEST_P(NodeWindow, SaysThatItsFileIsGone) {
+  LogProbe log;
+  start({"_window/file:=" + file_, "_autosave_period:=1.0"});
+  drive(0.0, 2.0);
+  std::filesystem::remove(file_);
+  EXPECT_TRUE(log.waitForLine(file_ + " was removed or renamed"));
+}
+
 TEST_P(NodeWindow, KeepsWhatIsFarAwayAndGoesOnWithIt) {
   start({"_window/file:=" + file_});
   drive(0.0, 40.0);

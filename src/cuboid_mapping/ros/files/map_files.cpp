@@ -30,6 +30,11 @@ std::string toAbsolute(const std::string& file) {
   return error ? file : path.string();
 }
 
+bool isGone(const std::string& file) {
+  std::error_code ignored;
+  return !std::filesystem::exists(file, ignored);
+}
+
 void logAnswer(const char* action, const std::string& file, const StorageAnswer& answer) {
   if (answer.error.empty()) {
     ROS_INFO_STREAM_NAMED(kNodeName, "map " << action << ' ' << file << ": "
@@ -133,9 +138,16 @@ void MapFiles::autosave() {
     ROS_ERROR_STREAM_NAMED(kNodeName, "map not saved to " << window_file_ << ": " << error);
   }
   auto state = stateOf(map_);
-  if (state == saved_) return;
+  const bool has_window = !window_file_.empty();
+  const bool is_gone =
+      has_window ? isGone(window_file_) : is_autosave_own_ && isGone(autosave_file_);
+  if (state == saved_ && !is_gone) return;
   std::string error;
-  if (!window_file_.empty()) {
+  if (has_window && is_gone) {
+    error = window_file_ +
+            " was removed or renamed, and the map in it ends with this node: call ~save_map";
+    ROS_ERROR_STREAM_NAMED(kNodeName, error);
+  } else if (has_window) {
     error = trySaveLocks(window_file_);
   } else if (!autosave_file_.empty()) {
     error = saveToAutosaveFile();
