@@ -338,6 +338,18 @@ TEST(Diagnostics, EmptyCloudsAreNoFault) {
   expectWords(summary, {"4 clouds had no valid point", "nothing covers the sensor"});
 }
 
+TEST(Diagnostics, CloudsOfWhichFiltersLeaveNothingAreNamed) {
+  const NodeReport last = makeReport(5, 5);
+  NodeReport report = makeReport(9, 9);
+  report.statistics.num_filtered = 400;
+  expectWarning(summarize(report, last.statistics), {"no point is left", "pointcloud_*"});
+  report.statistics.num_on_robot = 4000;
+  expectWarning(summarize(report, last.statistics), {"no point is left", "self_filter", "0.001"});
+  EXPECT_TRUE(isOk(summarize(report, report.statistics))) << "no cloud since";
+  report.statistics.num_points = 1;
+  EXPECT_TRUE(isOk(summarize(report, last.statistics)));
+}
+
 TEST(Diagnostics, CloudsBeforeTheFirstTransformAreNoFault) {
   NodeReport report = makeReport(9, 5);
   report.statistics.numDropped(DropReason::kBeforeTf) = 4;

@@ -236,10 +236,11 @@ TEST(SelfFilter, ARobotOfTooManyVoxelsIsNotKeptFree) {
   parameters.map.resolution_m = 0.001;
   EXPECT_EQ(loadError(parameters), "");
   parameters.self_filter.keep_free = true;
-  EXPECT_EQ(loadError(parameters),
-            "self_filter/keep_free: the robot has 1.25e+08 voxels, but may have 1e+06: choose a "
-            "greater resolution, "
-            "or set it to false");
+  EXPECT_EQ(
+      loadError(parameters),
+      "self_filter/keep_free: the robot has 1.25e+08 voxels, but may have 1e+06: give meshes in "
+      "millimetres a scale of 0.001 in the URDF; else choose a greater resolution, or set it "
+      "to false");
 }
 
 TEST(SelfFilter, StaysWhenOtherParametersAreChanged) {

@@ -259,7 +259,21 @@ ReportSummary summarize(const NodeReport& report, const NodeStatistics& last_rep
   if (report.last_cloud && report.last_cloud->age_s < -kMaxAhead_s) {
     return {ReportLevel::kWarning, withClock(describeMap(report), report)};
   }
+  const std::string why_empty = describeNothingLeft(now, last_report);
+  if (!why_empty.empty()) return {ReportLevel::kWarning, why_empty};
   return {ReportLevel::kOk, withClock(describeMap(report), report)};
+}
+
+std::string describeNothingLeft(const PointCounts& now, const PointCounts& before) {
+  if (now.num_points > before.num_points) return {};
+  if (now.num_on_robot > before.num_on_robot) {
+    return "no point is left, since they lie on the robot: check the boxes and the URDF of "
+           "self_filter, whose meshes in millimetres need a scale of 0.001";
+  }
+  if (now.num_filtered > before.num_filtered) {
+    return "no point is left: check sensor_model/min_range and the limits pointcloud_*";
+  }
+  return {};
 }
 
 std::string describeAge(double age_s) {

@@ -4,6 +4,7 @@
 #include "cuboid_mapping/history/cloud_replay.h"
 #include "cuboid_mapping/history/kept_clouds.h"
 #include "cuboid_mapping/ros/conversions/point_bytes.h"
+#include "cuboid_mapping/ros/diagnostics/diagnostics.h"
 
 #include <algorithm>
 #include <iterator>
@@ -119,6 +120,7 @@ Observed SensorInput::compute(const SensorMessage& cloud, const CloudPoses& pose
   figures.num_points = observed.update->num_points;
   figures.num_out_of_range = observed.update->num_out_of_range;
   figures.num_too_far = observed.update->num_too_far;
+  checks_.noteWarnings({describeNothingLeft(figures)});
   return observed;
 }
 

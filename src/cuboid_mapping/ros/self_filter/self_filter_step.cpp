@@ -59,7 +59,9 @@ void checkVolume(const RobotParts& parts, const NodeParameters& parameters) {
   if (!parameters.self_filter.keep_free || num_voxels <= kMaxFreeVoxels) return;
   std::ostringstream text;
   text << "self_filter/keep_free: the robot has " << num_voxels << " voxels, but may have "
-       << kMaxFreeVoxels << ": choose a greater resolution, or set it to false";
+       << kMaxFreeVoxels
+       << ": give meshes in millimetres a scale of 0.001 in the URDF; else choose "
+       << "a greater resolution, or set it to false";
   throw std::runtime_error(text.str());
 }
 
