@@ -259,18 +259,20 @@ ReportSummary summarize(const NodeReport& report, const NodeStatistics& last_rep
   if (report.last_cloud && report.last_cloud->age_s < -kMaxAhead_s) {
     return {ReportLevel::kWarning, withClock(describeMap(report), report)};
   }
-  const std::string why_empty = describeNothingLeft(now, last_report);
-  if (!why_empty.empty()) return {ReportLevel::kWarning, why_empty};
+  const std::string why_empty = describeNothingLeft(now);
+  if (!why_empty.empty()) {
+    return {now.num_on_robot > 0 ? ReportLevel::kWarning : ReportLevel::kOk, why_empty};
+  }
   return {ReportLevel::kOk, withClock(describeMap(report), report)};
 }
 
-std::string describeNothingLeft(const PointCounts& now, const PointCounts& before) {
-  if (now.num_points > before.num_points) return {};
-  if (now.num_on_robot > before.num_on_robot) {
+std::string describeNothingLeft(const PointCounts& points) {
+  if (points.num_points > 0) return {};
+  if (points.num_on_robot > 0) {
     return "no point is left, since they lie on the robot: check the boxes and the URDF of "
            "self_filter, whose meshes in millimetres need a scale of 0.001";
   }
-  if (now.num_filtered > before.num_filtered) {
+  if (points.num_filtered > 0) {
     return "no point is left: check sensor_model/min_range and the limits pointcloud_*";
   }
   return {};

@@ -129,13 +129,12 @@ struct ReportSummary {
 ///     simulated time and no publisher left, the recording has ended, and all is well. If all clouds were dropped,
 ///     the message says why;
 ///   - stamps are ahead of the clock by more than kMaxAhead_s: warning;
-///   - filters have left out all points since the last report: warning;
+///   - all points so far lie on the robot: warning; limits have left out all: a hint, since there may be nothing else;
 ///   - else: all is well, with a hint if the stamps are old, as of a bag without simulated time.
 [[nodiscard]] ReportSummary summarize(const NodeReport& report, const NodeStatistics& last_report);
 
-/// Which filter has left out all points of clouds, and what to check; empty: none has.
-[[nodiscard]] std::string describeNothingLeft(const PointCounts& now,
-                                              const PointCounts& before = {});
+/// Which filter has left out all points, and what to check; empty: none has.
+[[nodiscard]] std::string describeNothingLeft(const PointCounts& points);
 
 /// A readable duration with either sign: "0.32 s", "50 min", "3 h", "5 days", "9 years".
 [[nodiscard]] std::string describeAge(double age_s);

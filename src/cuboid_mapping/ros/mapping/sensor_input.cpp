@@ -120,7 +120,8 @@ Observed SensorInput::compute(const SensorMessage& cloud, const CloudPoses& pose
   figures.num_points = observed.update->num_points;
   figures.num_out_of_range = observed.update->num_out_of_range;
   figures.num_too_far = observed.update->num_too_far;
-  checks_.noteWarnings({describeNothingLeft(figures)});
+  has_left_points_ = has_left_points_ || figures.num_points > 0;
+  if (!has_left_points_) checks_.noteWarnings({describeNothingLeft(figures)});
   return observed;
 }
 

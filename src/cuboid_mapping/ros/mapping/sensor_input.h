@@ -97,6 +97,7 @@ class SensorInput {
   double max_beam_m_;
   SensorSteps steps_;
   CloudChecks checks_;
+  bool has_left_points_ = false;  ///< The filters have left points of some cloud.
   SensorModel sensor_model_;
   ScanLimits scan_limits_;
   ScanUpdater scan_updater_;
