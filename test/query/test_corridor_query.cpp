@@ -103,6 +103,7 @@ TEST(CorridorQuery, saysWhyThereIsNone) {
   EXPECT_EQ(endOf(find(map, task)), "goal") << "unknown";
   EXPECT_EQ(endOf(find(map, task, UnknownPolicy::kFree)), "found");
   task = throughTheDoor();
+  task.start_map.y() = 6.0;  // The straight way needs fewer.
   QueryLimits limits;
   limits.max_bricks = 20;
   Budget budget(limits);

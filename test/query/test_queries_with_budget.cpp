@@ -313,6 +313,17 @@ TEST(QueriesWithABudget, endAlsoWhereNothingIsOfTheClass) {
   }
 }
 
+TEST(QueriesWithABudget, findTheStraightWayThroughAnyOpenSpace) {
+  CuboidMap map = makeMap();
+  map.replace(kAllCells, {UniformBox{{{0, 0, 0}, {400, 400, 80}}, -1.0F}});
+  CorridorTask task = throughTheDoor();
+  task.goal_map = {396, 395, 75};
+  QueryLimits limits;
+  limits.max_bricks = 2000;  // A search would divide 25,000.
+  Budget budget(limits);
+  EXPECT_TRUE(findCorridor(map, task, UnknownPolicy::kObstacle, budget).isFound());
+}
+
 TEST(QueriesWithABudget, endAtTheLimitOfBricksWhateverIsAsked) {
   const CuboidMap map = makeMap();
   for (const auto& questions : {monstrousBoxes(), monstrousWays()}) {

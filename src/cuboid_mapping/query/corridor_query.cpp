@@ -224,7 +224,12 @@ class CorridorSearch {
     const std::optional<Cell> met_at_start = corridor_.met;
     if (is_start_blocked && !(task_.start_tolerance_m > 0.0)) return notFound(Blocked::kStart);
     if (isBlocked(goal_) && !moveGoal()) return notFound(Blocked::kGoal);
-    if (is_start_blocked) corridor_.met = met_at_start;
+    if (is_start_blocked) {
+      corridor_.met = met_at_start;
+    } else if (const std::vector<Cell> way = straightWay(); !way.empty()) {
+      makeCorridor(way);  // In the open, where a search would reach many places.
+      return std::move(corridor_);
+    }
     PlaceSearch search(graph_, field_.placesIn(goal_.box));
     AnswerStatus status =
         is_start_blocked ? leaveStart(search) : search.run(field_.placesIn(start_.box), budget());
@@ -267,6 +272,15 @@ class CorridorSearch {
     });
     corridor_.met = met;
     return true;
+  }
+
+  /// The straight way between the nearest places of start and goal; empty: the robot does not fit along it.
+  [[nodiscard]] std::vector<Cell> straightWay() {
+    const CellBox goal = field_.placesIn(goal_.box);
+    const Cell from = clampTo(field_.placesIn(start_.box), goal.min);
+    std::vector<Cell> way{from};
+    if (!appendLine(field_, from, clampTo(goal, from), way)) way.clear();
+    return way;
   }
 
   /// Moves the goal to the nearest free place.

@@ -193,7 +193,7 @@ TEST_F(ServiceLimitsTest, CutTheCuboidsOfABox) {
 
 TEST_F(ServiceLimitsTest, EndTheSearchForACorridor) {
   FindCorridor::Request request;
-  request.start = point(0.5, 0.5, 0.5);
+  request.start = point(0.5, 0.8, 0.5);
   request.goal = point(1.5, 0.5, 0.5);
   request.size = vector(0.3, 0.3, 0.3);
   EXPECT_EQ(answer<FindCorridor>(in_frame_, request).result, FindCorridor::Response::FOUND);
