@@ -93,14 +93,18 @@ TEST(FitField, readsOneLayerOfBricksWhereThatLeavesNoPlace) {
 }
 
 TEST(FitQuery, isThePointItselfWhereTheBoxFits) {
-  CuboidMap map(fitConfig());
-  map.replace(kAllCells, {{{{0, 0, 0}, {10, 10, 10}}, -1.0F}});
-  const Eigen::Vector3d point(3.3, 4.4, 5.5);
-  const auto found =
-      findNearestFit(map, point, {2, 2, 2}, UnknownPolicy::kObstacle, 0.0, Budget::unlimited());
-  ASSERT_TRUE(found.isFound());
-  EXPECT_EQ(found->center_map, point);
-  EXPECT_EQ(found->distance_m, 0.0);
+  for (const double resolution_m : {1.0, 0.1}) {
+    MapConfig config;
+    config.resolution_m = resolution_m;
+    CuboidMap map(config);
+    map.replace(kAllCells, {{{{0, 0, 0}, {100, 100, 100}}, -1.0F}});
+    const Eigen::Vector3d point(3.3, 4.83, 5.5);
+    const auto found =
+        findNearestFit(map, point, {2, 2, 2}, UnknownPolicy::kObstacle, 0.0, Budget::unlimited());
+    ASSERT_TRUE(found.isFound());
+    EXPECT_EQ(found->center_map, point);
+    EXPECT_EQ(found->distance_m, 0.0);
+  }
 }
 
 TEST(FitQuery, isAtTheWallForABoxThatWouldReachBehindIt) {

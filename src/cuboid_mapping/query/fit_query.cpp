@@ -24,6 +24,7 @@ Answer<FitPlace> findNearestFit(const CuboidMap& map, const Eigen::Vector3d& poi
         "> "
         "0 and max_distance >= 0");
   }
+  const Eigen::Vector3d point_cells = grid.toCellUnits(point_map);
   const Obstacles obstacles(map, policy, budget);
   const auto search = [&]() -> Answer<FitPlace> {
     FitField field(obstacles, *size);
@@ -32,13 +33,13 @@ Answer<FitPlace> findNearestFit(const CuboidMap& map, const Eigen::Vector3d& poi
       if (!map.bounds()) return AnswerStatus::kNotFound;
       allowed = field.placesIn(*map.bounds());
     }
-    const auto found =
-        NearPlaces(field, grid.toCellUnits(point_map), grid.toCellUnits(size_m), allowed)
-            .findNearest(max_distance_m / grid.resolution());
+    const auto found = NearPlaces(field, point_cells, grid.toCellUnits(size_m), allowed)
+                           .findNearest(max_distance_m / grid.resolution());
     if (budget.isSpent()) return AnswerStatus::kBudgetSpent;
     if (!found) return AnswerStatus::kNotFound;
-    const Eigen::Vector3d center_map = grid.toMetres(found->center);
-    return FitPlace{center_map, (center_map - point_map).norm()};
+    // To the last bit the point itself, if the box fits there.
+    const Eigen::Vector3d way_m = grid.toMetres(found->center - point_cells);
+    return FitPlace{point_map + way_m, way_m.norm()};
   };
   return searchUntilItHolds(map, budget, search, [&](const FitPlace& place) {
     const auto box = grid.toCellBox(boxAround(place.center_map, size_m));
