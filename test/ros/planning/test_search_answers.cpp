@@ -268,10 +268,12 @@ TEST_F(SearchAnswers, SayWhyThereIsNoCorridor) {
   response = answer<FindCorridor>(in_frame_, request);
   EXPECT_EQ(response.result, FindCorridor::Response::GOAL_BLOCKED);
   EXPECT_NE(response.info.message.find("goal touches unknown space"), std::string::npos);
+  EXPECT_NE(response.info.message.find("unknown: 1"), std::string::npos);
   request.unknown = FindCorridor::Request::UNKNOWN_FREE;
   EXPECT_EQ(answer<FindCorridor>(in_frame_, request).result, FindCorridor::Response::FOUND);
-  request.use_region = true;
   request.region = box({0, 0, 0}, {2, 1, 1});
+  expectRefusal(answer<FindCorridor>(in_frame_, request), "use_region: true");
+  request.use_region = true;
   response = answer<FindCorridor>(in_frame_, request);
   EXPECT_EQ(response.result, FindCorridor::Response::GOAL_BLOCKED);
   EXPECT_NE(response.info.message.find("goal leaves the region"), std::string::npos);

@@ -95,6 +95,9 @@ Answer<RayQueryResult> cast(const CuboidMap& map, const Ray& ray, const RayTask&
 
 std::optional<CellBox> readRegion(ServiceCall& call, const FindCorridor::Request& request) {
   if (request.use_region != 0) return call.box(request.region, 0.0, {"region"});
+  if (request.region != Box()) {  // A robot would leave it, and nobody would know why.
+    throw Refusal("region is given, but use_region is false: set use_region: true, or no region");
+  }
   const std::optional<CellBox> region = call.map().regionOfSearch();
   if (region) call.requireLoaded(*region);
   return region;
@@ -143,7 +146,7 @@ std::string explainBlocked(const CuboidMap& map, const char* end, const std::opt
                 tolerance + ": move the " + end
           : ": a larger " + tolerance + (is_start ? " lets it leave" : " lets the path end nearby");
   return explainMet(map, end, met) + advice + (met ? "" : ", or make the region larger") +
-         (is_unknown ? ", or treat unknown space as free" : "");
+         (is_unknown ? ", or treat unknown space as free (unknown: 1)" : "");
 }
 
 template <typename WayT>
