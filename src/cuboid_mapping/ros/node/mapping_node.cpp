@@ -29,10 +29,9 @@ void warnOfOtherMaps(const ros::NodeHandle& nh) {
     const std::string topic = nh.resolveName(name);
     const std::vector<std::string> others = publishersOf(topic);
     if (others.empty()) continue;
-    ROS_WARN_STREAM_NAMED(kNodeName, cuboid_mapping::join(others, ", ")
-                                         << " publishes " << topic
-                                         << ", too: its listeners get two maps. Start one of the "
-                                            "nodes in a namespace (__ns:=NAME), or end it");
+    ROS_WARN_STREAM_NAMED(kNodeName, topic << " comes from " << cuboid_mapping::join(others, ", ")
+                                           << ", too: its listeners get two maps. Start one of the "
+                                              "nodes in a namespace (__ns:=NAME), or end it");
     return;
   }
 }
