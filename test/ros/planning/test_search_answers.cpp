@@ -228,6 +228,9 @@ TEST_F(SearchAnswers, GiveTheFreeGraph) {
   EXPECT_TRUE(answer<GetFreeGraph>(in_frame_, request).info.truncated);
   request.size.y = -0.3;
   expectRefusal(answer<GetFreeGraph>(in_frame_, request), "every edge");
+  request.size = vector(0, 0, 0);
+  request.inflation = 0.1;
+  expectRefusal(answer<GetFreeGraph>(in_frame_, request), "every edge");
 }
 
 TEST_F(SearchAnswers, GiveACorridor) {

@@ -16,7 +16,7 @@ void answer(ServiceCall& call, const GetFreeGraph::Request& request,
   const CellBox region = call.box(request.region, 0.0, {"region"});
   const double inflation_m = ServiceCall::notNegative(request.inflation, "inflation");
   Cell passage;
-  if (request.size.x != 0.0 || request.size.y != 0.0 || request.size.z != 0.0) {
+  if (inflation_m > 0.0 || request.size != geometry_msgs::Vector3()) {
     const auto size = call.map().grid().toSizeInCells(call.size(request.size, inflation_m));
     if (!size) throw Refusal("size is larger than any map: give the robot's edges in metres");
     passage = *size;
