@@ -195,7 +195,7 @@ void MapFiles::announceAutosave() {
     if (!formatOfName(autosave_file_)) {
       throw std::runtime_error(autosave_file_ + " must end in one of " + knownEndings());
     }
-    checkReplaceable(followLinks(autosave_file_));
+    checkReplaceable(autosave_file_);
   } catch (const std::exception& exception) {
     autosave_error_ = exception.what();
     ROS_ERROR_STREAM_NAMED(kNodeName,

@@ -206,7 +206,7 @@ StorageAnswer saveMap(GuardedMap& map, const std::string& frame_id, const std::s
     MapSnapshot snapshot = takeWholeSnapshot(map, withoutSlash(frame_id), limits, look, listener);
     snapshot.progress = state;
     if (!is_in_memory) answer.num_cuboids = countCuboids(snapshot);
-    answer.num_bytes = writeMapFile(followLinks(file), snapshot, listener);
+    answer.num_bytes = writeMapFile(file, snapshot, listener);
   });
 }
 
@@ -317,17 +317,6 @@ bool hasMap(const std::string& file) {
   // Of a store that was killed at its beginning, there may be an empty file.
   const bool is_store = formatOfName(file) == MapFormat::kStore || isSqliteFile(file);
   return !is_store || MapStore(file, StoreAccess::kWrite).head();
-}
-
-std::string followLinks(const std::string& file) {
-  namespace fs = std::filesystem;
-  constexpr int kMaxLinks = 40;  // The limit of Linux.
-  std::error_code error;
-  fs::path path = file;
-  for (int i = 0; i < kMaxLinks && fs::is_symlink(fs::symlink_status(path, error)); ++i) {
-    path = path.parent_path() / fs::read_symlink(path, error);
-  }
-  return path.string();
 }
 
 std::string nameBeside(const std::string& file) {

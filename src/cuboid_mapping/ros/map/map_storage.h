@@ -24,9 +24,6 @@ namespace cuboid_mapping_ros {
 /// @throws MapFileError  for a store that cannot be opened.
 [[nodiscard]] bool hasMap(const std::string& file);
 
-/// The file that a path leads to: the target of a symbolic link, even if there is no file.
-[[nodiscard]] std::string followLinks(const std::string& file);
-
 /// An unused name beside that of a file, such as NAME-2.ext.
 [[nodiscard]] std::string nameBeside(const std::string& file);
 
