@@ -157,6 +157,7 @@ class OtherInputsTest(InputCase):
         self.assertIn('line 5 is not one of a PCD header', map_pcd(header.replace('WIDTH', 'AUTHOR me\nWIDTH'), rows, 1))
         self.assertIn('line 1 is not one of a PCD header', map_pcd('\ufeff# .PCD\n' + header, rows, 1))
         self.assertIn('line 1 is not one of a PCD header', map_pcd('ply\n', rows, 1))
+        self.assertIn('COUNT is negative', map_pcd(header.replace('COUNT 1 1', 'COUNT 1 -1'), rows, 1))
         self.assertIn('no DATA', map_pcd('', [], 1))
         decimals = rows[:1] + [row.replace('.', ',') for row in rows[1:]]
         self.assertIn('point 2 must be 3 numbers with decimal points', map_pcd(header, decimals, 1))

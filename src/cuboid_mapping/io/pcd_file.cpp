@@ -33,7 +33,8 @@ struct PcdHeader {
   bool is_ascii = false;
 };
 
-/// Reads a header up to its end. At a key that PCL does not know, it takes the header for points, or crashes.
+/// Reads a header up to its end. At a key that PCL does not know, it takes the header for points, or crashes; it also
+/// crashes at a negative COUNT.
 PcdHeader readHeader(const std::string& file, std::istream& in) {
   PcdHeader header;
   std::string line;
@@ -44,6 +45,9 @@ PcdHeader readHeader(const std::string& file, std::istream& in) {
     const auto is_key = [&key](const char* known) { return key.rfind(known, 0) == 0; };
     if (std::none_of(kKeys.begin(), kKeys.end(), is_key)) {
       refuse(file, "line " + std::to_string(number) + " is not one of a PCD header");
+    }
+    if (is_key("COUNT") && line.find('-') != std::string::npos) {
+      refuse(file, "its COUNT is negative");
     }
     if (is_key("DATA")) {
       header.is_ascii = words >> key && key == "ascii";
