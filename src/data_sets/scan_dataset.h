@@ -50,7 +50,7 @@ constexpr char kBinRowHelp[] =
 ///   - a folder: `poses.txt` with a line `index tx ty tz qx qy qz qw` per scan (map <- sensor; lines
 ///     beginning with # are comments), and `scans/NNNN.pcd`, the index in four digits;
 ///   - a folder with `pcd/*.pcd` and no `poses.txt`, as KTH's DynamicMap benchmark has them: clouds in the
-///     map's frame, in the order of their names, whose VIEWPOINT is T_map_sensor;
+///     map's frame, in the order of their numbers, whose VIEWPOINT is T_map_sensor;
 ///   - a folder with .bin files, or with them in velodyne/, velodyne_points/data/ or scans/, and `poses.txt` with a
 ///     line for each file in the order of their numbers: a 3 x 4 matrix row by row, as in KITTI, or a line as above. `Tr`, `Tr_velo_to_cam` or
 ///     `Tr_velo_cam` in calib.txt takes points to the camera, whose poses KITTI gives. Rows are float32 x y z

@@ -11,7 +11,8 @@ namespace cuboid_mapping {
 
 constexpr std::size_t kNumFaces = 6;
 
-/// Beams that must cross a column for it to be cheaper than the walk of each.
+/// Beams that must cross a column for it to be cheaper than their walk from there on. These are fewer than the slabs that
+/// it costs (kColumn in cloud_columns.cpp), since a beam that leaves the columns is first set up for the walk.
 constexpr double kMinBeamsPerColumn = 10.0;
 
 /// A beam of a face. Slopes are voxels across per voxel along.

@@ -141,7 +141,6 @@ void mergeInto(GuardedMap& map, const MapSnapshot& snapshot, MergeRule rule,
     overlap.only_in_first = voxels.numFreeVoxels() + voxels.numOccupiedVoxels() -
                             overlap.known_to_both - overlap.only_in_second;
     answer.num_cuboids = countCuboids(content).total();
-    return 0;
   });
   answer.notes += describe(overlap, rule);
 }

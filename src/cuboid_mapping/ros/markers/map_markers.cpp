@@ -32,12 +32,11 @@ void MarkerTopic::noteChanges(const ChangeSet& changes) {
 }
 
 void MarkerTopic::readMap() {
-  const auto read = [this](const CuboidMap& map, const ros::Time& stamp, Budget& budget) {
-    header_.stamp = stamp;
-    cache_.read(map, budget);
-    return 0;
-  };
-  map_.readInTurns({}, nullptr, read);
+  map_.readInTurns({}, nullptr,
+                   [this](const CuboidMap& map, const ros::Time& stamp, Budget& budget) {
+                     header_.stamp = stamp;
+                     cache_.read(map, budget);
+                   });
 }
 
 void MarkerTopic::publish() {

@@ -261,7 +261,6 @@ nav_msgs::OccupancyGrid OctomapServerFeature::makeProjection() {
   map_.readWhole([&](const CuboidMap& map, const ros::Time& stamp) {
     header.stamp = stampOf(stamp);
     projection_.update(map);
-    return 0;
   });
   FarTiles far;
   auto grid = projection_.makeGrid(header, map_.grid().resolution(), far);
