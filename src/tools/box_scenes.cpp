@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "box_scenes.h"
 
+#include "cuboid_mapping/io/text.h"
+
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
-#include <locale>
-#include <sstream>
 
 namespace cuboid_mapping {
 namespace {
@@ -21,11 +21,9 @@ constexpr Ending kEndings[] = {{".scene", SceneFormat::kMoveit}, {".yaml", Scene
 
 /// Three numbers with a separator.
 std::string row(const Eigen::Vector3d& vector, const char* separator = " ") {
-  std::ostringstream out;
-  out.imbue(std::locale::classic());
-  out.precision(12);  // Exact to millimetres far from the origin.
-  out << vector.x() << separator << vector.y() << separator << vector.z();
-  return out.str();
+  constexpr int kDigits = 12;  // Exact to millimetres far from the origin.
+  return toText(vector.x(), kDigits) + separator + toText(vector.y(), kDigits) + separator +
+         toText(vector.z(), kDigits);
 }
 
 Eigen::Vector3d centerOf(const MetricBox& box) { return 0.5 * (box.min_m + box.max_m); }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "command_line.h"
 
+#include "cuboid_mapping/io/text.h"
+
 #include <boost/lexical_cast/try_lexical_convert.hpp>
 
 #include <algorithm>
@@ -34,12 +36,7 @@ class PointValue : public po::typed_value<std::vector<double>> {
 };
 
 /// Text of a limit or a default; empty for a value that means none.
-std::string inWords(double number) {
-  if (std::abs(number) >= 1e9) return "";
-  std::ostringstream out;
-  out << std::setprecision(10) << number;
-  return out.str();
-}
+std::string inWords(double number) { return std::abs(number) < 1e9 ? toText(number, 10) : ""; }
 
 /// Text of a range; empty if everything is allowed.
 std::string describe(const Range& range) {
@@ -47,12 +44,6 @@ std::string describe(const Range& range) {
   const std::string max = inWords(range.max);
   if (min.empty()) return max.empty() ? "" : "at most " + max;
   return max.empty() ? "at least " + min : "from " + min + " to " + max;
-}
-
-std::string join(const std::vector<std::string>& texts, const std::string& separator) {
-  std::string joined;
-  for (const std::string& text : texts) joined += (joined.empty() ? "" : separator) + text;
-  return joined;
 }
 
 /// The help of an option, with accepted values and default, if there are any.

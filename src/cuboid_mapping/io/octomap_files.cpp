@@ -4,10 +4,7 @@
 #include "cuboid_mapping/io/octree_stream.h"
 #include "cuboid_mapping/io/text.h"
 
-#include <algorithm>
-#include <locale>
 #include <optional>
-#include <sstream>
 
 namespace cuboid_mapping {
 namespace {
@@ -37,26 +34,6 @@ std::string_view takeLine(std::string_view bytes, std::size_t& position) {
   position = end + 1;
   if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
   return line;
-}
-
-template <typename T>
-std::optional<T> parseNumber(const std::string& text) {
-  std::istringstream in(text);
-  in.imbue(std::locale::classic());
-  T value{};
-  if (!(in >> value)) return std::nullopt;
-  return value;
-}
-
-/// The shortest decimal number, with at least six digits, that reads back as the same.
-std::string formatResolution(double resolution_m) {
-  for (int precision = 6;; ++precision) {
-    std::ostringstream out;
-    out.imbue(std::locale::classic());
-    out.precision(precision);
-    out << resolution_m;
-    if (precision == 17 || parseNumber<double>(out.str()) == resolution_m) return out.str();
-  }
 }
 
 OctreeHeader readHeader(std::string_view bytes) {
@@ -123,7 +100,7 @@ std::string toOctomapFile(const MapSnapshot& snapshot, OctreeKind kind) {
   std::string file(kind == OctreeKind::kFull ? kFullFirstLine : kBinaryFirstLine);
   file += "\n# (feel free to add / change comments, but leave the first line as it is!)\n#\n";
   file += "id OcTree\nsize " + std::to_string(tree.num_nodes) + "\nres " +
-          formatResolution(snapshot.resolution_m) + "\ndata\n";
+          toExactText(snapshot.resolution_m) + "\ndata\n";
   tree.bytes.insert(0, file);  // Without a copy: it can be larger than the map.
   return std::move(tree.bytes);
 }

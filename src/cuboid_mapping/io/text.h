@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <iterator>
 #include <locale>
+#include <optional>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -33,14 +34,31 @@ template <typename TextsT>
   return {std::istream_iterator<std::string>(words), {}};
 }
 
-/// A number with at most nine digits: "0.25", "107374182", "1.25e+11", "NaN", "-inf".
-[[nodiscard]] inline std::string toText(double value) {
+/// A number with at most nine digits, or others: "0.25", "107374182", "1.25e+11", "NaN", "-inf".
+[[nodiscard]] inline std::string toText(double value, int max_digits = 9) {
   if (std::isnan(value)) return "NaN";
   std::ostringstream out;
   out.imbue(std::locale::classic());
-  out.precision(9);
+  out.precision(max_digits);
   out << value;
   return out.str();
+}
+
+/// The first number in a text; nothing without one.
+template <typename T>
+[[nodiscard]] std::optional<T> parseNumber(const std::string& text) {
+  std::istringstream in(text);
+  in.imbue(std::locale::classic());
+  T value{};
+  if (!(in >> value)) return std::nullopt;
+  return value;
+}
+
+/// The shortest decimal number, with up to six digits or more, that reads back as the same.
+[[nodiscard]] inline std::string toExactText(double value) {
+  int digits = 6;
+  while (digits < 17 && parseNumber<double>(toText(value, digits)) != value) ++digits;
+  return toText(value, digits);
 }
 
 /// A point or a vector: "(1, 2.5, NaN)".

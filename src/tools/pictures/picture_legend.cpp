@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "pictures/picture_legend.h"
 
+#include "cuboid_mapping/io/text.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <locale>
-#include <sstream>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -84,10 +84,7 @@ class Pen {
 /// A length, to the centimetre if the range of lengths is short, else to the decimetre.
 std::string lengthText(double length_m, double range_m) {
   const double steps_per_m = range_m < 1.0 ? 100.0 : 10.0;
-  std::ostringstream out;
-  out.imbue(std::locale::classic());
-  out << std::round(length_m * steps_per_m) / steps_per_m + 0.0 << " m";  // + 0.0: no "-0"
-  return out.str();
+  return toText(std::round(length_m * steps_per_m) / steps_per_m + 0.0) + " m";  // + 0.0: no "-0"
 }
 
 /// Names the colours from the lowest to the highest; labels that would repeat another one are left out.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/diagnostics/cloud_ledger.h"
 
+#include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/diagnostics/diagnostics.h"
 #include "cuboid_mapping/ros/middleware/names.h"
 
@@ -9,8 +10,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <iomanip>
-#include <locale>
 #include <numeric>
 #include <sstream>
 #include <vector>
@@ -53,12 +52,8 @@ void append(std::deque<double>& values, double value) {
 
 /// A number with two significant digits, or all before the point: "4.3", "10", "1234", "0.25".
 std::string twoDigits(double value) {
-  std::ostringstream out;
-  out.imbue(std::locale::classic());
-  out.precision(2);
-  if (value >= 10.0) out << std::fixed << std::setprecision(0);
-  out << value;
-  return out.str();
+  return value >= 10.0 ? cuboid_mapping::toText(std::round(value))
+                       : cuboid_mapping::toText(value, 2);
 }
 
 std::string durationText(double duration_s) {

@@ -1,25 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/parameters/parameters.h"
 
+#include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/parameters/parameter_table.h"
 
 #include <algorithm>
 #include <cmath>
-#include <locale>
 #include <sstream>
-#include <utility>
 #include <vector>
 
 namespace cuboid_mapping_ros {
 namespace {
-
-std::string formatFloating(double value, int precision) {
-  std::ostringstream out;
-  out.imbue(std::locale::classic());
-  out.precision(precision);
-  out << value;
-  return out.str();
-}
 
 /// A value of any depth as YAML, in one line.
 std::string toFlow(XmlRpc::XmlRpcValue value) {
@@ -44,14 +35,7 @@ std::string inUnit(const ParameterDeclaration& declaration) {
 std::string formatNumber(double value) {
   if (std::isnan(value)) return ".nan";
   if (std::isinf(value)) return value > 0.0 ? ".inf" : "-.inf";
-  std::string text;
-  for (int precision = 6; precision <= 17; ++precision) {
-    text = formatFloating(value, precision);
-    std::istringstream in(text);
-    in.imbue(std::locale::classic());
-    double read_back = 0.0;
-    if (in >> read_back && read_back == value) break;
-  }
+  std::string text = toExactText(value);
   if (text.find('.') != std::string::npos) return text;
   return text.insert(std::min(text.find('e'), text.size()), ".0");
 }
