@@ -246,7 +246,7 @@ void BagClouds::walkOne(const SensorMessage& cloud, const Take& take) {
 }
 
 const cuboid_mapping::ScanUpdate* BagClouds::compute(const SensorMessage& cloud, Origin& origin) {
-  if (cloud.header().frame_id.empty()) {
+  if (!hasFrame(cloud.header())) {
     leaveOut(DropReason::kEmptyFrame, toAdvice(DropReason::kEmptyFrame));
     return nullptr;
   }

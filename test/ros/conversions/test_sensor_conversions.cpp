@@ -264,8 +264,6 @@ TEST(SensorConversions, WhatCannotBeUsedIsRefusedWithTheReason) {
   LaserScan scan = laserScan({1.0F});
   scan.angle_increment = kNotANumber;
   EXPECT_EQ(defectOf(convertLaserScan(scan)), DropReason::kBadLayout);
-  scan.header.frame_id.clear();
-  EXPECT_EQ(defectOf(convertLaserScan(scan)), DropReason::kEmptyFrame);
 
   const DepthImage depth = makeDepth({1.0F, 2.0F}, 2);
   const auto refused = [&](const std::function<void(Image&, CameraInfo&)>& spoil) {
@@ -274,8 +272,6 @@ TEST(SensorConversions, WhatCannotBeUsedIsRefusedWithTheReason) {
     spoil(*image, *camera);
     return defectOf(convertDepthImage({image, camera}));
   };
-  EXPECT_EQ(refused([](Image& image, CameraInfo&) { image.header.frame_id.clear(); }),
-            DropReason::kEmptyFrame);
   EXPECT_EQ(refused([](Image& image, CameraInfo&) { image.width = 0; }), DropReason::kNoPoints);
   EXPECT_EQ(refused([](Image& image, CameraInfo&) { image.encoding = "bgr8"; }),
             DropReason::kWrongDatatype);

@@ -4,7 +4,6 @@
 #include "cuboid_mapping/geometry/float_anchor.h"
 #include "cuboid_mapping/ros/conversions/byte_order.h"
 #include "cuboid_mapping/ros/conversions/point_bytes.h"
-#include "cuboid_mapping/ros/middleware/tf_lookup.h"
 #include "cuboid_mapping/scan/no_return_beams.h"
 
 #include <algorithm>
@@ -95,9 +94,6 @@ std::optional<CloudError> checkLayout(const PointCloud2& message, const XyzField
 }
 
 std::optional<CloudError> checkCloud(const PointCloud2& message, const XyzFields& fields) {
-  if (!hasFrame(message.header)) {
-    return makeError(DropReason::kEmptyFrame, message, "header.frame_id is empty");
-  }
   const CloudLayout layout = layoutOf(message);
   if (layout.width == 0 || layout.height == 0) {
     return makeError(DropReason::kNoPoints, message,

@@ -4,7 +4,6 @@
 #include "cuboid_mapping/ros/conversions/compressed_depth.h"
 #include "cuboid_mapping/ros/conversions/point_bytes.h"
 #include "cuboid_mapping/ros/conversions/sensor_conversions.h"
-#include "cuboid_mapping/ros/middleware/tf_lookup.h"
 
 #include <sensor_msgs/image_encodings.h>
 
@@ -128,9 +127,6 @@ bool hasLargerPixels(const Image& image) {
 }
 
 std::optional<CloudError> checkImage(const Image& image, const Pinhole& pinhole) {
-  if (!hasFrame(image.header)) {
-    return makeError(DropReason::kEmptyFrame, image, "header.frame_id is empty");
-  }
   if (image.width == 0 || image.height == 0) {
     return makeError(DropReason::kNoPoints, image, "it has no pixels");
   }

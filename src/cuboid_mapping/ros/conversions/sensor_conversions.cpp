@@ -2,7 +2,6 @@
 #include "cuboid_mapping/ros/conversions/sensor_conversions.h"
 
 #include "cuboid_mapping/io/text.h"
-#include "cuboid_mapping/ros/middleware/tf_lookup.h"
 
 #include <laser_geometry/laser_geometry.h>
 #include <sensor_msgs/point_cloud2_iterator.h>
@@ -20,16 +19,6 @@ using sensor_msgs::LaserScan;
 
 CloudError makeError(DropReason defect, const LaserScan& scan, const std::string& what) {
   return describeError(defect, "scan", scan.header, what);
-}
-
-std::optional<CloudError> checkScan(const LaserScan& scan) {
-  if (!hasFrame(scan.header)) {
-    return makeError(DropReason::kEmptyFrame, scan, "header.frame_id is empty");
-  }
-  if (scan.ranges.empty()) {
-    return makeError(DropReason::kNoPoints, scan, "it has no ranges");
-  }
-  return std::nullopt;
 }
 
 /// A range rounded to millimetres.
@@ -173,7 +162,7 @@ float rangeMaxOf(const LaserScan& scan) {
 }
 
 ConvertedCloud convertLaserScan(const LaserScan& scan, const CloudOptions& options) {
-  if (auto error = checkScan(scan)) return *error;
+  if (scan.ranges.empty()) return makeError(DropReason::kNoPoints, scan, "it has no ranges");
   if (options.length_unit_m > 0.0 && options.length_unit_m != 1.0) {
     CloudOptions in_metres = options;
     in_metres.length_unit_m = 1.0;
