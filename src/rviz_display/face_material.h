@@ -7,7 +7,6 @@
 #include <OgreMaterial.h>
 #include <OgreVector3.h>
 
-#include <array>
 #include <limits>
 #include <optional>
 

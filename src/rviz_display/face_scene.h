@@ -9,7 +9,6 @@
 #include <array>
 #include <chrono>
 #include <deque>
-#include <limits>
 #include <unordered_map>
 #include <unordered_set>
 

@@ -11,7 +11,6 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
-#include <utility>
 
 namespace cuboid_mapping_rviz {
 namespace {

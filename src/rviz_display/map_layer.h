@@ -13,7 +13,6 @@
 #include <chrono>
 #include <functional>
 #include <future>
-#include <optional>
 #include <vector>
 
 namespace cuboid_mapping_rviz {

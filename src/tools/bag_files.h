@@ -8,7 +8,6 @@
 #include <rosbag/message_instance.h>
 
 #include <cstddef>
-#include <cstdint>
 #include <exception>
 #include <memory>
 #include <set>

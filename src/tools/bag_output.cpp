@@ -3,7 +3,6 @@
 
 #include "cuboid_mapping/io/file_replacement.h"
 
-#include <stdexcept>
 #include <utility>
 
 namespace cuboid_mapping_ros {

@@ -7,7 +7,6 @@
 #include "cuboid_mapping/history/pose_track.h"
 #include "cuboid_mapping/ros/mapping/tf_poses.h"
 
-#include <optional>
 #include <string>
 
 namespace cuboid_mapping_ros {

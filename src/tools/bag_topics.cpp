@@ -13,7 +13,6 @@
 #include <sensor_msgs/PointCloud2.h>
 
 #include <algorithm>
-#include <set>
 #include <stdexcept>
 #include <utility>
 

@@ -8,7 +8,6 @@
 #include "cuboid_mapping/geometry/box_faces.h"
 
 #include <algorithm>
-#include <iterator>
 #include <map>
 #include <utility>
 

@@ -4,7 +4,6 @@
 #include "cuboid_mapping/boxes/cover_cost.h"
 
 #include <cstdint>
-#include <limits>
 #include <queue>
 #include <vector>
 

@@ -4,7 +4,6 @@
 #include "cuboid_mapping/geometry/rounded_transform.h"
 
 #include <algorithm>
-#include <cmath>
 #include <iomanip>
 #include <sstream>
 #include <stdexcept>

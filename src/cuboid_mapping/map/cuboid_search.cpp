@@ -3,8 +3,6 @@
 
 #include "cuboid_mapping/fusion/cuboid_tree.h"
 
-#include <limits>
-
 namespace cuboid_mapping {
 
 void visitBox(const CuboidMap& map, const CellBox& window, CuboidFilter filter,

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/occupancy/sensor_model.h"
 
-#include <algorithm>
 #include <cassert>
 #include <cmath>
 

@@ -5,7 +5,6 @@
 #include "cuboid_mapping/query/path_query.h"
 #include "cuboid_mapping/query/way_search.h"
 
-#include <algorithm>
 #include <cmath>
 
 namespace cuboid_mapping {

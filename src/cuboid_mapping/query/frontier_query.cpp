@@ -7,7 +7,6 @@
 #include "cuboid_mapping/voxels/brick_table.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace cuboid_mapping {
 namespace {

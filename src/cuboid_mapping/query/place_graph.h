@@ -4,7 +4,6 @@
 #include "cuboid_mapping/query/fit_field.h"
 
 #include <cstdint>
-#include <functional>
 #include <vector>
 
 namespace cuboid_mapping {

@@ -4,7 +4,6 @@
 #include "cuboid_mapping/scan/ray_walk.h"
 
 #include <algorithm>
-#include <cmath>
 #include <random>
 
 namespace cuboid_mapping {

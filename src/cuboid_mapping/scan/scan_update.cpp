@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cassert>
 #include <cstdlib>
-#include <limits>
 
 namespace cuboid_mapping {
 namespace {

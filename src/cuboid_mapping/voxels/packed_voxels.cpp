@@ -4,9 +4,7 @@
 #include "cuboid_mapping/voxels/value_moves.h"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
-#include <limits>
 
 namespace cuboid_mapping {
 namespace {

@@ -20,9 +20,7 @@
 #include <iomanip>
 #include <iostream>
 #include <memory>
-#include <optional>
 #include <stdexcept>
-#include <utility>
 
 namespace cuboid_mapping_ros {
 namespace {

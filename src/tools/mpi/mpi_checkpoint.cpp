@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 
 #include <filesystem>
-#include <limits>
 #include <stdexcept>
 #include <utility>
 

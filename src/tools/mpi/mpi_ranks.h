@@ -2,7 +2,6 @@
 // The part of MPI that bag_to_map_mpi needs.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <string>

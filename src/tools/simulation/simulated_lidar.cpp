@@ -11,7 +11,6 @@
 
 #include <ros/ros.h>
 
-#include <algorithm>
 #include <iostream>
 #include <stdexcept>
 #include <string>

@@ -14,7 +14,6 @@
 #include <cmath>
 #include <functional>
 #include <iterator>
-#include <utility>
 #include <vector>
 
 namespace cuboid_mapping_ros {

@@ -15,7 +15,6 @@
 #include <exception>
 #include <new>
 #include <stdexcept>
-#include <utility>
 
 namespace cuboid_mapping_ros {
 

@@ -7,7 +7,6 @@
 #include "cuboid_mapping/ros/diagnostics/diagnostics.h"
 
 #include <algorithm>
-#include <iterator>
 #include <stdexcept>
 #include <string>
 #include <thread>

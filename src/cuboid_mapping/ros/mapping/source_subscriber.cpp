@@ -10,7 +10,6 @@
 #include <array>
 #include <cmath>
 #include <utility>
-#include <vector>
 
 namespace cuboid_mapping_ros {
 namespace {

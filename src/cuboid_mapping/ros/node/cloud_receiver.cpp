@@ -7,7 +7,6 @@
 #include <ros/time.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstddef>
 #include <limits>
 #include <string>

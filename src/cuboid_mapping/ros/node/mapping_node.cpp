@@ -12,7 +12,6 @@
 #include <ros/console.h>
 
 #include <cstdint>
-#include <mutex>
 #include <string>
 #include <vector>
 

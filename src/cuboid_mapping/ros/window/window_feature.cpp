@@ -9,7 +9,6 @@
 
 #include <filesystem>
 #include <string>
-#include <utility>
 
 namespace cuboid_mapping_ros {
 namespace {
