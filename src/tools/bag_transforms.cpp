@@ -10,6 +10,7 @@
 #include <console_bridge/console.h>
 #include <tf2_eigen/tf2_eigen.h>
 #include <tf2_msgs/TFMessage.h>
+#include <boost/algorithm/string/predicate.hpp>
 #include <boost/lexical_cast/try_lexical_convert.hpp>
 
 #include <algorithm>
@@ -23,12 +24,9 @@ namespace {
 
 constexpr char kStaticEnding[] = "_static";
 
-bool endsWith(const std::string& text, const std::string& ending) {
-  return text.size() >= ending.size() &&
-         text.compare(text.size() - ending.size(), ending.size(), ending) == 0;
+bool isStatic(const std::string& topic) {
+  return boost::algorithm::ends_with(topic, kStaticEnding);
 }
-
-bool isStatic(const std::string& topic) { return endsWith(topic, kStaticEnding); }
 
 /// The name without _static.
 std::string mainTopic(const std::string& topic) {
@@ -106,7 +104,8 @@ std::set<std::string> findMainTopics(const BagTopics& topics) {
 /// Completes an option: a topic with or without _static, or a namespace.
 std::string completeTopic(const BagTopics& topics, const std::string& given) {
   const std::string topic = withSlash(mainTopic(given));
-  return endsWith(topic, "/tf") || topics.find(topic) != nullptr ? topic : topic + "/tf";
+  return boost::algorithm::ends_with(topic, "/tf") || topics.find(topic) != nullptr ? topic
+                                                                                    : topic + "/tf";
 }
 
 }  // namespace

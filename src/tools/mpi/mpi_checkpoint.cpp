@@ -4,6 +4,7 @@
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/native_format.h"
 
+#include <boost/algorithm/string/predicate.hpp>
 #include <nlohmann/json.hpp>
 
 #include <filesystem>
@@ -96,10 +97,8 @@ void MpiCheckpoint::write(const MpiProgress& progress, const cuboid_mapping::Map
   const std::filesystem::path own = partName(progress.num_rounds);
   const std::string end = own.filename().string().substr(own.filename().string().find('-'));
   for (const auto& entry : std::filesystem::directory_iterator(folder_)) {
-    const std::string name = entry.path().filename().string();
-    const bool is_older = entry.path() != own && name.size() > end.size() &&
-                          name.compare(name.size() - end.size(), end.size(), end) == 0;
-    if (is_older) std::filesystem::remove(entry.path());
+    const bool is_part = boost::algorithm::ends_with(entry.path().filename().string(), end);
+    if (is_part && entry.path() != own) std::filesystem::remove(entry.path());
   }
   last_ = std::chrono::steady_clock::now();
 }

@@ -3,6 +3,7 @@
 
 #include <png.h>
 #include <sensor_msgs/image_encodings.h>
+#include <boost/algorithm/string/predicate.hpp>
 #include <boost/endian/conversion.hpp>
 #include <boost/make_shared.hpp>
 
@@ -116,10 +117,9 @@ sensor_msgs::Image::ConstPtr decode(const sensor_msgs::Image& compressed) {
 
 std::string withoutTransport(const std::string& topic) {
   for (const std::string transport : kTransports) {
-    const bool ends_so =
-        topic.size() > transport.size() &&
-        topic.compare(topic.size() - transport.size(), transport.size(), transport) == 0;
-    if (ends_so) return topic.substr(0, topic.size() - transport.size());
+    if (topic.size() > transport.size() && boost::algorithm::ends_with(topic, transport)) {
+      return topic.substr(0, topic.size() - transport.size());
+    }
   }
   return topic;
 }

@@ -6,6 +6,7 @@
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
 
 #include <tf2/exceptions.h>
+#include <boost/algorithm/string/predicate.hpp>
 
 #include <algorithm>
 #include <exception>
@@ -25,8 +26,7 @@ std::string findPrefixed(const tf2::BufferCore& tf, const std::string& frame_id,
   std::vector<std::string> known;
   tf._getFrameStrings(known);
   const auto is_other = [&ending](const std::string& name) {
-    return name.size() <= ending.size() ||
-           name.compare(name.size() - ending.size(), ending.size(), ending) != 0;
+    return !boost::algorithm::ends_with(name, ending);
   };
   known.erase(std::remove_if(known.begin(), known.end(), is_other), known.end());
   return known.size() == 1 ? known.front() : frame_id;
