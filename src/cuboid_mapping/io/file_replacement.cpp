@@ -60,19 +60,20 @@ class Descriptor {
   int descriptor_;
 };
 
-/// Removes a file in the destructor, unless told to keep it.
+/// Removes a file in the destructor, unless told to keep it. Needs no memory: the file is there when it begins.
 class Removal {
  public:
-  explicit Removal(std::string file) : file_(std::move(file)) {}
+  /// @param file  Must outlive this object.
+  explicit Removal(const std::string& file) : file_(&file) {}
   ~Removal() {
-    if (!file_.empty()) ::unlink(file_.c_str());
+    if (file_ != nullptr) ::unlink(file_->c_str());
   }
   Removal(const Removal&) = delete;
   Removal& operator=(const Removal&) = delete;
-  void cancel() { file_.clear(); }
+  void cancel() { file_ = nullptr; }
 
  private:
-  std::string file_;
+  const std::string* file_;
 };
 
 void writeAll(const Descriptor& descriptor, std::string_view bytes, const std::string& file) {
