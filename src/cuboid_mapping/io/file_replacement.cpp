@@ -246,9 +246,10 @@ void replaceFile(const std::string& file, const std::function<void(const std::st
   const Descriptor descriptor(partial, kForWriting);
   if (!descriptor.isOpen()) fail("cannot write", file, errno);
   struct stat status {};
-  const bool is_removed =
+  // By another one that began at the same moment.
+  const bool is_taken =
       !tryLock(descriptor) || (fstat(descriptor.get(), &status) == 0 && status.st_nlink == 0);
-  if (is_removed) failAsBusy(file);  // By another one that has begun at the same moment.
+  if (is_taken) failAsBusy(file);
   Removal removal(partial);
   keepPermissions(descriptor, target);
   write(partial);

@@ -34,7 +34,7 @@ template <typename TextsT>
   return {std::istream_iterator<std::string>(words), {}};
 }
 
-/// A number with at most nine digits, or others: "0.25", "107374182", "1.25e+11", "NaN", "-inf".
+/// A number with a limited number of digits: "0.25", "107374182", "1.25e+11", "NaN", "-inf".
 [[nodiscard]] inline std::string toText(double value, int max_digits = 9) {
   if (std::isnan(value)) return "NaN";
   std::ostringstream out;
@@ -54,7 +54,7 @@ template <typename T>
   return value;
 }
 
-/// The shortest decimal number, with up to six digits or more, that reads back as the same.
+/// A decimal number that reads back as the same, with as few digits beyond six as that takes.
 [[nodiscard]] inline std::string toExactText(double value) {
   int digits = 6;
   while (digits < 17 && parseNumber<double>(toText(value, digits)) != value) ++digits;

@@ -77,9 +77,7 @@ void CloudChecks::noteFrame(const std::string& frame_id, const std::string& map_
 }
 
 void CloudChecks::noteWarnings(const std::vector<std::string>& warnings) {
-  for (const std::string& warning : warnings) {
-    if (!warning.empty()) warnOnce(warning, warning);
-  }
+  for (const std::string& warning : warnings) warnOnce(warning, warning);
 }
 
 void CloudChecks::goOnFrom(const CloudChecks& earlier) {

@@ -120,7 +120,8 @@ Observed SensorInput::compute(const SensorMessage& cloud, const CloudPoses& pose
   figures.num_out_of_range = observed.update->num_out_of_range;
   figures.num_too_far = observed.update->num_too_far;
   has_left_points_ = has_left_points_ || figures.num_points > 0;
-  if (!has_left_points_) checks_.noteWarnings({describeNothingLeft(figures)});
+  const std::string why_none = describeNothingLeft(figures);
+  if (!has_left_points_ && !why_none.empty()) checks_.noteWarnings({why_none});
   return observed;
 }
 
