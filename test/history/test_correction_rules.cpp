@@ -75,7 +75,13 @@ TEST(CorrectionRule, doesNotInterpolatePosesAcrossAGap) {
   }
   const PoseTrack track(poses, 0.15);
   EXPECT_NEAR(history.correct(track).maxShift_m(), 0.5, 1e-6);
-  EXPECT_NEAR(history.findShift_m(track, kShiftDistance_m), 0.5, 1e-6);
+  EXPECT_NEAR(history.findShift_m(track, kShiftDistance_m).value(), 0.5, 1e-6);
+  const PoseTrack ends({{poses.front().stamp_ns - 1, poses.front().T_map_body},
+                        {poses.back().stamp_ns + 1, poses.back().T_map_body}},
+                       0.15);
+  EXPECT_NEAR(history.findShift_m(ends, kShiftDistance_m).value(), 0.5, 1e-6) << "all in one gap";
+  const PoseTrack later({{poses.back().stamp_ns + 1, poses.back().T_map_body}});
+  EXPECT_FALSE(history.findShift_m(later, kShiftDistance_m));
   EXPECT_GT(history.correct(PoseTrack(poses)).maxShift_m(), 0.7) << "on the chord of the curve";
 }
 

@@ -11,6 +11,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace cuboid_mapping {
@@ -138,9 +139,9 @@ class MapHistory {
   /// Current amounts.
   [[nodiscard]] HistoryFigures figures() const;
 
-  /// Upper bound of the motion of a point at this distance from the body, over the clouds within the new poses; 0 without
-  /// any. @throws std::invalid_argument  The distance is not >= 0.
-  [[nodiscard]] double findShift_m(const PoseTrack& poses, double distance_m) const;
+  /// Upper bound of the motion of a point at this distance from the body, over the clouds within the new poses; nothing
+  /// without any. @throws std::invalid_argument  The distance is not >= 0.
+  [[nodiscard]] std::optional<double> findShift_m(const PoseTrack& poses, double distance_m) const;
 
   /// Begins a correction, which catchUp() fills.
   /// @throws std::invalid_argument  when no cloud is kept, none lies within the new poses, or a cloud would lie

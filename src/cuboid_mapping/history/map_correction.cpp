@@ -45,6 +45,12 @@ double findShift_m(const Eigen::Isometry3d& T_map_old, const Eigen::Isometry3d& 
          2.0 * distance_m * std::sin(0.5 * std::abs(turn.angle()));
 }
 
+Eigen::Isometry3d correctedPose(const PoseTrack& poses, const std::optional<PoseTrack>& gap_motions,
+                                const StampedPose& old) {
+  return poses.findGap(old.stamp_ns) ? gap_motions->at(old.stamp_ns) * old.T_map_body
+                                     : poses.at(old.stamp_ns);
+}
+
 MapCorrection::MapCorrection(std::unique_ptr<Implementation> implementation)
     : implementation_(std::move(implementation)) {}
 MapCorrection::MapCorrection(MapCorrection&&) noexcept = default;
@@ -58,8 +64,7 @@ Eigen::Isometry3d MapCorrection::Implementation::newPose(const StampedPose& old)
   const bool is_inside = track.covers(old.stamp_ns);
   if (!is_inside && rule.outside == OutsidePoses::kStay) return old.T_map_body;
   const Eigen::Isometry3d T_map_new =
-      is_inside ? (track.findGap(old.stamp_ns) ? gap_motions->at(old.stamp_ns) * old.T_map_body
-                                               : track.at(old.stamp_ns))
+      is_inside ? correctedPose(track, gap_motions, old)
                 : (old.stamp_ns < track.begin_ns() ? T_new_first : T_new_last) * old.T_map_body;
   const bool is_tolerated =
       rule.tolerance_m > 0.0 &&

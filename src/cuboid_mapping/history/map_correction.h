@@ -40,6 +40,11 @@ struct HistoryEvent {
 [[nodiscard]] double findShift_m(const Eigen::Isometry3d& T_map_old,
                                  const Eigen::Isometry3d& T_map_new, double distance_m);
 
+/// Pose of a body at a stamp that the new poses cover. @param gap_motions  See MapCorrection::Implementation.
+[[nodiscard]] Eigen::Isometry3d correctedPose(const PoseTrack& poses,
+                                              const std::optional<PoseTrack>& gap_motions,
+                                              const StampedPose& old);
+
 struct MapCorrection::Implementation {
   Implementation(PoseTrack new_poses, const CorrectionRule& correction_rule, CuboidMap base)
       : track(std::move(new_poses)), rule(correction_rule), map(std::move(base)) {}

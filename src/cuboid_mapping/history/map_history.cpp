@@ -293,15 +293,19 @@ HistoryFigures MapHistory::figures() const {
   return {own.num_clouds, own.num_bytes, own.num_points, own.num_fixed};
 }
 
-double MapHistory::findShift_m(const PoseTrack& poses, double distance_m) const {
+std::optional<double> MapHistory::findShift_m(const PoseTrack& poses, double distance_m) const {
   if (!(distance_m >= 0.0)) throw std::invalid_argument("a distance must be a number >= 0");
-  const std::lock_guard<std::mutex> lock(implementation_->mutex);
-  double shift_m = 0.0;
-  for (const HistoryEvent& event : implementation_->events) {
+  const Implementation& own = *implementation_;
+  const std::lock_guard<std::mutex> lock(own.mutex);
+  std::optional<double> shift_m;
+  if (own.num_clouds == 0) return shift_m;
+  const auto gap_motions = findGapMotions(own.oldTrack(), poses);
+  for (const HistoryEvent& event : own.events) {
     const StampedPose& old = event.pose;
-    if (!event.isCloud() || !poses.covers(old.stamp_ns) || poses.findGap(old.stamp_ns)) continue;
-    shift_m = std::max(
-        shift_m, cuboid_mapping::findShift_m(old.T_map_body, poses.at(old.stamp_ns), distance_m));
+    if (!event.isCloud() || !poses.covers(old.stamp_ns)) continue;
+    shift_m = std::max<std::optional<double>>(
+        shift_m, cuboid_mapping::findShift_m(old.T_map_body, correctedPose(poses, gap_motions, old),
+                                             distance_m));
   }
   return shift_m;
 }

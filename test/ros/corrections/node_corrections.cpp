@@ -311,6 +311,23 @@ TEST_P(NodeCorrections, AreNotAskedForByAnEmptyPath) {
   EXPECT_TRUE(log.waitForLine("poses not corrected: the path is in frame 'camera_init'"));
 }
 
+TEST_P(NodeCorrections, FollowKeyframesThatAreFarApart) {
+  if (GetParam()) GTEST_SKIP() << "the same for the nodelet";
+  LogProbe log;
+  startKeeping({"_tf_gap:=0.15"});
+  driveAll(drifted);
+  ASSERT_TRUE(waitFor([this] { return paths_.getNumSubscribers() > 0; }));
+  paths_.publish(pathOf(1000, 1010));
+  EXPECT_TRUE(log.waitForLine("no kept cloud was taken within the new poses"));
+  nav_msgs::Path keyframes = pathOf(0, 0);
+  for (const int i : {0, 10, 20, kNumClouds - 1}) {
+    keyframes.poses.push_back(pathOf(i, i + 1).poses.front());
+    keyframes.poses.back().header.stamp += ros::Duration(0, 200);  // Not exactly a cloud's.
+  }
+  paths_.publish(keyframes);
+  EXPECT_TRUE(log.waitForLine("poses corrected: 30 kept clouds"));
+}
+
 TEST_P(NodeCorrections, AreRefusedWithAReason) {
   if (GetParam()) GTEST_SKIP() << "the same for the nodelet";
   startKeeping();

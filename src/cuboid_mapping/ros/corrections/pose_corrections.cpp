@@ -15,6 +15,7 @@
 #include <exception>
 #include <new>
 #include <stdexcept>
+#include <utility>
 
 namespace cuboid_mapping_ros {
 
@@ -89,9 +90,12 @@ void PoseCorrections::correct(const nav_msgs::Path& path, const CorrectionRule& 
   const ros::SteadyTime begin = ros::SteadyTime::now();
   try {
     const PoseTrack poses = readPath(path);
-    if (ignored_shift_m &&
-        map_.history()->whole().findShift_m(poses, kShiftDistance_m) <= *ignored_shift_m) {
-      return;
+    if (ignored_shift_m) {
+      if (map_.history()->figures().num_clouds == 0) return;
+      const auto shift_m = map_.history()->whole().findShift_m(poses, kShiftDistance_m);
+      // Clouds may begin after the last pose: the refusal of such a path is logged once.
+      if (std::exchange(is_without_clouds_, !shift_m) && !shift_m) return;
+      if (shift_m && *shift_m <= *ignored_shift_m) return;
     }
     correctMap(poses, rule, response);
   } catch (const std::bad_alloc&) {

@@ -53,6 +53,7 @@ class PoseCorrections : public MapFeature {
   GuardedMap& map_;
   std::string frame_id_;
   double tolerance_m_;
+  bool is_without_clouds_ = false;  ///< No kept cloud was within the last path.
   GuardedThread thread_;
   ros::ServiceServer server_;
   ros::Subscriber subscriber_;
