@@ -6,6 +6,7 @@
 #include "cuboid_mapping/ros/fleet/robot_merger.h"
 #include "cuboid_mapping/ros/middleware/callback_guard.h"
 #include "cuboid_mapping/ros/middleware/service_calls.h"
+#include "ros/log_probe.h"
 #include "ros/node_probe.h"
 
 #include <ros/callback_queue.h>
@@ -118,6 +119,31 @@ TEST_F(RobotMergerTest, NamesTheRobotWhoseClockIsBehind) {
   }));
   EXPECT_EQ(status.message.rfind("observations of /behind are 60 s older than the newest: ", 0), 0U)
       << status.message;
+}
+
+TEST_F(RobotMergerTest, NamesEachRobotWhoseObservationsAreRefused) {
+  parameters_.fleet.robots = {"/coarse", "/elsewhere"};
+  GuardedMap map(parameters_.map);
+  RobotMerger merger(nh_, nh_, parameters_, map, {[] { return false; }, [](const auto&, bool) {}});
+  std::vector<ros::Publisher> publishers;
+  LogProbe log;
+  for (const std::string& robot : parameters_.fleet.robots) {
+    publishers.push_back(ros::NodeHandle().advertise<Observation>(robot + "/observations", 10));
+    ASSERT_TRUE(waitFor([&] { return publishers.back().getNumSubscribers() > 0; }));
+  }
+  Observation coarse = makeObservation(parameters_, 1, "/coarse");
+  coarse.resolution *= 2.0;
+  Observation elsewhere = makeObservation(parameters_, 1, "/elsewhere");
+  elsewhere.header.frame_id = "odom";
+  diagnostic_updater::DiagnosticStatusWrapper status;
+  EXPECT_TRUE(waitFor([&] {
+    publishers.front().publish(coarse);
+    publishers.back().publish(elsewhere);
+    callbacks_.callAvailable();
+    merger.fillStatus(status);
+    return log.has("of /coarse has a resolution") && log.has("of /elsewhere is in frame") &&
+           status.message.find("; observation 1 of /elsewhere") != std::string::npos;
+  })) << status.message;
 }
 
 /// Robots whose services have taken a request and do not answer.

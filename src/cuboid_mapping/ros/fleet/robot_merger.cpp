@@ -117,7 +117,7 @@ RobotMerger::RobotMerger(const ros::NodeHandle& nh, const ros::NodeHandle& askin
   for (const std::string& robot : parameters.fleet.robots) {
     subscribers_.push_back(
         subscribeTo<Observation>(nh, robot + '/' + kObservationsTopic, kObservationsKept,
-                                 [this](const auto& message) { take(*message); }));
+                                 [this, robot](const auto& message) { take(robot, *message); }));
   }
   apply_timer_ = Timer(nh, kApplyPeriod_s, [this] { applyDue(); });
   ask_timer_ = Timer(asking_nh_, kAskPeriod_s, [this] { ask(); });
@@ -141,7 +141,8 @@ void RobotMerger::report(NodeReport& report) const {
   }
 }
 
-void RobotMerger::take(const Observation& message) {
+void RobotMerger::take(const std::string& robot, const Observation& message) {
+  constexpr double kLogPeriod_s = 10.0;
   auto read = readObservation(message, parameters_);
   const std::lock_guard<std::mutex> lock(mutex_);
   if (auto* observation = std::get_if<RobotObservation>(&read)) {
@@ -149,8 +150,11 @@ void RobotMerger::take(const Observation& message) {
     return;
   }
   ++num_refused_;
-  last_refusal_ = std::get<std::string>(read);
-  ROS_WARN_STREAM_THROTTLE_NAMED(10.0, kNodeName, last_refusal_);
+  Refusal& refusal = refusals_[robot];
+  refusal.text = std::get<std::string>(read);
+  if (mergeTime_s() < refusal.log_again_s) return;
+  refusal.log_again_s = mergeTime_s() + kLogPeriod_s;
+  ROS_WARN_STREAM_NAMED(kNodeName, refusal.text);
 }
 
 void RobotMerger::applyDue() {
@@ -224,7 +228,9 @@ void RobotMerger::askFor(const ObservationQuestion& question) {
   // A robot that does not answer is asked again later.
   if (!calls_.call(asking_nh_, question.robot + '/' + kGetObservationsService, service)) return;
   if (service.response.session != question.session) service.response.complete_to = 0;
-  for (const Observation& observation : service.response.observations) take(observation);
+  for (const Observation& observation : service.response.observations) {
+    take(question.robot, observation);
+  }
   const std::lock_guard<std::mutex> lock(mutex_);
   num_asked_for_ += service.response.observations.size();
   order_.noteAnswered(question, service.response.complete_to);
@@ -258,7 +264,13 @@ void RobotMerger::fillStatus(diagnostic_updater::DiagnosticStatusWrapper& status
     status.summary(DiagnosticStatus::WARN,
                    "robots leave out clouds: their observation_rate does not suffice");
   }
-  if (num_refused_ > num_reported_refused_) status.summary(DiagnosticStatus::WARN, last_refusal_);
+  std::vector<std::string> refusals;  // Since the last report.
+  for (auto& [robot, refusal] : refusals_) {
+    if (!refusal.text.empty()) refusals.push_back(std::exchange(refusal.text, ""));
+  }
+  if (!refusals.empty()) {
+    status.summary(DiagnosticStatus::WARN, cuboid_mapping::join(refusals, "; "));
+  }
   status.add("observations received", counts.num_received);
   status.add("observations waiting", counts.num_waiting);
   status.add("observations late", counts.num_late);
@@ -270,7 +282,6 @@ void RobotMerger::fillStatus(diagnostic_updater::DiagnosticStatusWrapper& status
   status.add("observations asked for", num_asked_for_);
   status.add("sessions", counts.num_sessions);
   reported_ = counts;
-  num_reported_refused_ = num_refused_;
 }
 
 }  // namespace cuboid_mapping_ros

@@ -15,6 +15,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <mutex>
 #include <set>
 #include <string>
@@ -63,7 +64,13 @@ class RobotMerger {
   void fillStatus(diagnostic_updater::DiagnosticStatusWrapper& status);
 
  private:
-  void take(const Observation& message);
+  /// An observation that cannot be merged.
+  struct Refusal {
+    std::string text;  ///< Of the last one; empty: it has been reported.
+    double log_again_s = 0.0;
+  };
+
+  void take(const std::string& robot, const Observation& message);
   void applyDue();
   void apply(const RobotObservation& observation);
   [[nodiscard]] std::string progress();
@@ -76,16 +83,15 @@ class RobotMerger {
   GuardedMap& map_;
   Callbacks callbacks_;
   ServiceCalls calls_;
-  std::mutex mutex_;  ///< Guards order_ to last_refusal_.
+  std::mutex mutex_;  ///< Guards order_ to refusals_.
   ObservationOrder order_;
   std::set<std::string> asked_;  ///< Robots that have not answered yet.
   std::uint64_t num_refused_ = 0;
-  std::uint64_t num_failed_ = 0;     ///< Observations kept out by an exception.
-  std::uint64_t num_asked_for_ = 0;  ///< Observations that came as answers.
-  std::string last_refusal_;
+  std::uint64_t num_failed_ = 0;             ///< Observations kept out by an exception.
+  std::uint64_t num_asked_for_ = 0;          ///< Observations that came as answers.
+  std::map<std::string, Refusal> refusals_;  ///< By the robot.
 
   MergeCounts reported_;
-  std::uint64_t num_reported_refused_ = 0;
   std::vector<ros::Subscriber> subscribers_;
   Timer apply_timer_;
   Timer ask_timer_;
