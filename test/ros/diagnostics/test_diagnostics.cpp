@@ -99,10 +99,15 @@ TEST(Diagnostics, WarnsOfCloudsThatGoOnWaitingForTf) {
   report.why_waiting = "tf is 0.02 s older than the last point";
   expectWarning(summarize(report, last.statistics), {"3 clouds wait for a transform", "0.02 s"});
   EXPECT_TRUE(isOk(summarize(makeReport(8, 6), last.statistics)));
+  report.statistics.numDropped(DropReason::kNoValidPoints) = 2;
+  EXPECT_TRUE(isOk(summarize(report, last.statistics))) << "two had nothing to map";
 }
 
 TEST(Diagnostics, WarnsWhenCloudsDoNotComeAnyMore) {
-  NodeReport report = makeReport(5, 5);
+  NodeReport report = makeReport(3, 3);
+  report.silence_s = kErrorSilence_s;
+  EXPECT_TRUE(isOk(summarize(report, report.statistics))) << "it may be a slow sensor";
+  report = makeReport(5, 5);
   report.silence_s = kMaxSilence_s;
   EXPECT_TRUE(isOk(summarize(report, report.statistics)));
   report.silence_s = 12.5;

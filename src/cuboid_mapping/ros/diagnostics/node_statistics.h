@@ -119,12 +119,12 @@ struct NodeStatistics : PointCounts {
 /// Texts about the last dropped clouds, by DropReason: what was wrong, and the cure; empty: nothing to say.
 using LastDrops = std::array<std::string, kNumDropReasons>;
 
-/// Whether clouds wait, as at the last report, and none has entered the map since.
+/// Whether clouds wait, as at the last report, and none has had its turn since.
 /// @tparam StatisticsT  NodeStatistics, or SourceStatistics.
 template <typename StatisticsT>
 [[nodiscard]] bool isStuck(const StatisticsT& now, const StatisticsT& last_report) {
   return now.numWaiting() > 0 && last_report.numWaiting() > 0 &&
-         now.num_inserted == last_report.num_inserted;
+         now.num_received - now.numWaiting() == last_report.num_received - last_report.numWaiting();
 }
 
 }  // namespace cuboid_mapping_ros
