@@ -214,6 +214,7 @@ TEST(SensorInput, needsTheTransformOfTheBase) {
   const PoseSearch search = findPoses(tf, frames, header, {});
   EXPECT_FALSE(search.poses) << "never with a wrong pose";
   EXPECT_NE(search.why.find("base_footprint"), std::string::npos) << search.why;
+  EXPECT_NE(search.why.find("(base_frame_id)"), std::string::npos) << search.why;
   tf.setTransform(test::makeTransform("map", "base_footprint", Eigen::Isometry3d::Identity()),
                   "test", true);
   EXPECT_TRUE(findPoses(tf, frames, header, {}).poses);

@@ -46,7 +46,9 @@ class GroundStep : public SensorStep {
     return source.filter_ground;
   }
 
-  [[nodiscard]] std::vector<StepFrame> frames() const override { return {{base_frame_id_, ""}}; }
+  [[nodiscard]] std::vector<StepFrame> frames() const override {
+    return {{base_frame_id_, "base_frame_id"}};
+  }
   void apply(SensorPart& part, const StepPoses& poses, CloudFigures& figures) const override;
 
  private:

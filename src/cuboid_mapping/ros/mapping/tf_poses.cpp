@@ -68,7 +68,8 @@ std::optional<CloudPoses> lookupAt(const TfBuffer& tf, const PoseFrames& frames,
   if (frames.has_body) {
     const std::string& body = frames.body.empty() ? cloud_frame_id : frames.body;
     const std::string& sensor = frames.sensor.empty() ? cloud_frame_id : frames.sensor;
-    poses.body = BodyPoses{lookup(body), lookup_in(body, cloud_frame_id), lookup_in(body, sensor)};
+    poses.body = BodyPoses{lookup(body, frames.body.empty() ? "" : "keep_clouds/body_frame"),
+                           lookup_in(body, cloud_frame_id), lookup_in(body, sensor)};
   }
   if (!frames.window.empty()) {
     poses.window_center_map = lookup(frames.window, "window/frame").translation();
