@@ -45,7 +45,7 @@ TEST(KeepParameters, GoWithAMapThatIsWhatCloudsAndEditsMakeOfIt) {
   moving.moving_points = MovingPoints::kLeaveOut;
   expectRefused(moving, "moving_points: leave_out");
   NodeParameters merging = keeping();
-  merging.fleet.robots = {"/robot1"};
+  merging.robots = {"/robot1"};
   expectRefused(merging, "merge/robots");
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Scans of a sensor that moves while it measures.
 #include "cuboid_mapping/map/cuboid_map.h"
+#include "cuboid_mapping/ros/deskew/deskew_step.h"
 #include "cuboid_mapping/ros/deskew/sweep.h"
 #include "cuboid_mapping/ros/mapping/sensor_input.h"
 #include "ros/cloud_messages.h"
@@ -231,7 +232,7 @@ class MovingSensor : public ::testing::Test {
 
   MovingSensor() {
     parameters_.map.resolution_m = kResolution_m;
-    parameters_.source.deskew = true;
+    parameters_.source.of<DeskewParameters>().is_on = true;
     for (double t = -0.2; t < 0.4; t += 0.005) setPose(t);
   }
 
@@ -301,7 +302,7 @@ TEST_F(MovingSensor, SeesAStraightWallInACloud) {
   EXPECT_EQ(countOccupied(voxels, true), 40U);
   EXPECT_EQ(countOccupied(voxels, false), 0U);
   EXPECT_GT(voxels.count({4, 0, 0}), 0U) << "beams start where the sensor was at their time";
-  parameters_.source.deskew = false;
+  parameters_.source.of<DeskewParameters>().is_on = false;
   const auto smeared = mapOf(cloud);
   EXPECT_GT(countOccupied(smeared, false), 20U);
 }
@@ -327,7 +328,7 @@ TEST_F(MovingSensor, SeesAStraightWallInAScan) {
   const auto voxels = mapOf(message);
   EXPECT_GT(countOccupied(voxels, true), 70U);
   EXPECT_EQ(countOccupied(voxels, false), 0U);
-  parameters_.source.deskew = false;
+  parameters_.source.of<DeskewParameters>().is_on = false;
   EXPECT_GT(countOccupied(mapOf(message), false), 20U);
 }
 

@@ -27,7 +27,7 @@ TEST(CloudLedger, IgnoresNoObservationOfRobots) {
   std_msgs::Header header;
   header.stamp = ros::Time(100.0);
   for (const bool has_robots : {false, true}) {
-    if (has_robots) parameters.fleet.robots = {"/robot1"};
+    if (has_robots) parameters.robots = {"/robot1"};
     CloudLedger ledger(parameters);
     EXPECT_TRUE(ledger.noteReceived(0, header));
     EXPECT_EQ(ledger.noteReceived(0, header), has_robots);

@@ -59,8 +59,8 @@ class RobotMergerTest : public ::testing::Test {
 };
 
 TEST_F(RobotMergerTest, PutsTheOthersIntoTheMapWhenOneFails) {
-  parameters_.fleet.robots = {"/alone"};
-  parameters_.fleet.merge_delay_s = 0.5;
+  parameters_.robots = {"/alone"};
+  parameters_.of<MergeParameters>().delay_s = 0.5;
   GuardedMap map(parameters_.map);
   int num_noted = 0;
   const RobotMerger merger(nh_, nh_, parameters_, map,
@@ -83,7 +83,7 @@ TEST_F(RobotMergerTest, PutsTheOthersIntoTheMapWhenOneFails) {
 }
 
 TEST_F(RobotMergerTest, NamesTheTopicOfARobotThatIsNotThere) {
-  parameters_.fleet.robots = {"/mistyped"};
+  parameters_.robots = {"/mistyped"};
   GuardedMap map(parameters_.map);
   RobotMerger merger(nh_, nh_, parameters_, map, {[] { return false; }, [](const auto&, bool) {}});
   diagnostic_updater::DiagnosticStatusWrapper status;
@@ -94,12 +94,12 @@ TEST_F(RobotMergerTest, NamesTheTopicOfARobotThatIsNotThere) {
 }
 
 TEST_F(RobotMergerTest, NamesTheRobotWhoseClockIsBehind) {
-  parameters_.fleet.robots = {"/punctual", "/behind"};
-  parameters_.fleet.merge_delay_s = 0.02;
+  parameters_.robots = {"/punctual", "/behind"};
+  parameters_.of<MergeParameters>().delay_s = 0.02;
   GuardedMap map(parameters_.map);
   RobotMerger merger(nh_, nh_, parameters_, map, {[] { return false; }, [](const auto&, bool) {}});
   std::map<std::string, ros::Publisher> publishers;
-  for (const std::string& robot : parameters_.fleet.robots) {
+  for (const std::string& robot : parameters_.robots) {
     publishers[robot] = ros::NodeHandle().advertise<Observation>(robot + "/observations", 10);
     ASSERT_TRUE(waitFor([&] { return publishers[robot].getNumSubscribers() > 0; }));
   }
@@ -200,7 +200,7 @@ TEST_F(RobotMergerTest, ASilentRobotKeepsNobodyFromAskingTheOthers) {
   GuardedThread asking_threads(guard, "asking", 3);
   ros::NodeHandle nh = withQueue(ros::NodeHandle(), thread.queue());
   NodeParameters parameters;
-  parameters.fleet.robots = {"/silent", "/talking"};
+  parameters.robots = {"/silent", "/talking"};
   std::atomic<int> num_asked{0};
   const auto server = nh.advertiseService<GetObservations::Request, GetObservations::Response>(
       "/talking/get_observations",
@@ -215,12 +215,12 @@ TEST_F(RobotMergerTest, ASilentRobotKeepsNobodyFromAskingTheOthers) {
   thread.start();
   asking_threads.start();
   std::vector<ros::Publisher> publishers;
-  for (const std::string& robot : parameters.fleet.robots) {
+  for (const std::string& robot : parameters.robots) {
     publishers.push_back(ros::NodeHandle().advertise<Observation>(robot + "/observations", 10));
   }
   EXPECT_TRUE(waitFor([&] {  // The first observation of each robot is missing.
     for (std::size_t i = 0; i < publishers.size(); ++i) {
-      publishers[i].publish(makeObservation(parameters, 2, parameters.fleet.robots[i]));
+      publishers[i].publish(makeObservation(parameters, 2, parameters.robots[i]));
     }
     return num_asked >= 3;
   })) << num_asked;

@@ -53,7 +53,7 @@ TEST(MapStorage, startsFromAStoreThatWasMadeWhenItsNodeWasKilled) {
   const auto voxels = voxelsOf(map);
   NodeParameters parameters;
   parameters.map = makeConfig();
-  parameters.fleet.robots = {"/robot1"};
+  parameters.robots = {"/robot1"};
   const int window_us =
       findKillWindow([&] { ASSERT_EQ(saveMap(map, "map", folder / "first.sqlite").error, ""); });
   int num_made = 0;

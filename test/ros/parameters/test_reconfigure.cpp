@@ -2,6 +2,7 @@
 #include "cuboid_mapping/ros/parameters/reconfigure.h"
 
 #include "ros/known_parameters.h"
+#include "ros/parameter_groups.h"
 
 #include <gtest/gtest.h>
 
@@ -49,7 +50,7 @@ TEST(Reconfigure, NamesAreKeysWithoutSlashesAndAllDifferent) {
 TEST(Reconfigure, WhatIsInForceCanBeSentBackWithoutAnyChange) {
   NodeParameters parameters;
   parameters.source.max_range_m = 20.0;
-  parameters.octomap_server.filter_speckles = true;
+  parameters.source.use = SourceUse::kMark;
   const LoadedParameters loaded = applyConfig(parameters, toConfig(parameters));
   EXPECT_TRUE(loaded.errors.empty());
   EXPECT_EQ(toLogLines(loaded.parameters), toLogLines(parameters));
@@ -89,7 +90,7 @@ TEST(Reconfigure, OneValueChangesAndTheOthersStay) {
   EXPECT_EQ(loaded.parameters.source.min_range_m, 1.5) << "octomap_server ignores it at run time";
   EXPECT_EQ(loaded.parameters.source.sensor_model.hit, 0.9);
   loaded = applyConfig(parameters, withSwitch("filter_speckles", true));
-  EXPECT_TRUE(loaded.parameters.octomap_server.filter_speckles);
+  EXPECT_EQ(runtimeValues(loaded.parameters)["filter_speckles"], XmlRpcValue(true));
   EXPECT_EQ(loaded.parameters.source.sensor_model.hit, 0.9);
   loaded = applyConfig(parameters, withNumber("pointcloud_max_z", 250.0));
   EXPECT_EQ(loaded.parameters.source.crop.max_m.z(), 250.0) << "not clamped to 100";
@@ -103,8 +104,8 @@ TEST(Reconfigure, AllFieldsOfARequestCount) {
   const LoadedParameters loaded = applyConfig({}, request);
   EXPECT_TRUE(loaded.errors.empty());
   EXPECT_EQ(loaded.parameters.source.max_range_m, 30.0);
-  EXPECT_EQ(loaded.parameters.octomap_server.occupancy_max_z_m, 2.0);
-  EXPECT_TRUE(loaded.parameters.octomap_server.filter_speckles);
+  EXPECT_EQ(runtimeValues(loaded.parameters)["occupancy_max_z"], XmlRpcValue(2.0));
+  EXPECT_EQ(runtimeValues(loaded.parameters)["filter_speckles"], XmlRpcValue(true));
 }
 
 TEST(Reconfigure, ARequestWithEveryFieldOfOctomapServerCounts) {
@@ -145,14 +146,14 @@ TEST(Reconfigure, ARequestWithEveryFieldOfOctomapServerCounts) {
     }
   }
   EXPECT_EQ(num_found, numbers.size());
-  EXPECT_TRUE(loaded.parameters.octomap_server.filter_speckles);
+  EXPECT_EQ(runtimeValues(loaded.parameters)["filter_speckles"], XmlRpcValue(true));
   EXPECT_TRUE(loaded.parameters.source.filter_ground);
 }
 
 TEST(Reconfigure, AConflictThatWasThereBeforeRefusesNoChange) {
   if (!test::hasAllFeatures()) GTEST_SKIP();
-  NodeParameters parameters;
-  parameters.start_free = "-2 -2 0 2 2 1";
+  NodeParameters parameters =
+      readParameters(makeGroup({{"start_free", "-2 -2 0 2 2 1"}})).parameters;
   parameters.map.resolution_m = 0.01;  // Of a map_file: at the start it was another.
   const LoadedParameters loaded = applyConfig(parameters, withNumber("publish_rate", 5.0));
   ASSERT_TRUE(loaded.errors.empty()) << loaded.errors[0].key << ' ' << loaded.errors[0].message;

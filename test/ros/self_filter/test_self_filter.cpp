@@ -187,8 +187,8 @@ TEST_F(RobotDescriptionTest, WhatCannotBeReadIsSaid) {
   const std::string ball = makeLink("<sphere radius='1'/>");
   const auto error_of = [](const std::string& urdf, const std::string& ignored = "") {
     NodeParameters parameters;
-    parameters.self_filter.robot_description = "robot_description";
-    parameters.self_filter.ignored_links = ignored;
+    parameters.of<SelfFilterParameters>().robot_description = "robot_description";
+    parameters.of<SelfFilterParameters>().ignored_links = ignored;
     return loadError(parameters, [&](const std::string& name) {
       return name == "robot_description" ? std::optional<std::string>(urdf) : std::nullopt;
     });
@@ -209,23 +209,24 @@ TEST_F(RobotDescriptionTest, WhatCannotBeReadIsSaid) {
 TEST_F(RobotDescriptionTest, MayBeAFile) {
   const TemporaryFolder folder;
   NodeParameters parameters;
-  parameters.self_filter.robot_description = folder / "robot.urdf";
+  parameters.of<SelfFilterParameters>().robot_description = folder / "robot.urdf";
   EXPECT_EQ(loadError(parameters),
             "self_filter/robot_description: cannot read " + folder / "robot.urdf");
   std::ofstream(folder / "robot.urdf") << makeUrdf(makeLink("<sphere radius='1'/>"));
-  parameters.self_filter.boxes = {makeBoxPart("base", makeBox({0, 0, 0}, {1, 1, 1}))};
+  parameters.of<SelfFilterParameters>().boxes = {
+      makeBoxPart("base", makeBox({0, 0, 0}, {1, 1, 1}))};
   loadRobotParts(parameters, kNoParameters);
-  ASSERT_EQ(parameters.self_filter.parts.size(), 2U);
-  EXPECT_EQ(parameters.self_filter.parts[0].frame_id, "base");
-  EXPECT_EQ(parameters.self_filter.parts[1].frame_id, "a");
+  ASSERT_EQ(parameters.of<SelfFilterParameters>().parts.size(), 2U);
+  EXPECT_EQ(parameters.of<SelfFilterParameters>().parts[0].frame_id, "base");
+  EXPECT_EQ(parameters.of<SelfFilterParameters>().parts[1].frame_id, "a");
 }
 
 /// A robot with a box in front of the lidar, which moves with "arm".
 NodeParameters makeParameters() {
   NodeParameters parameters;
   parameters.map.resolution_m = 0.1;
-  parameters.self_filter.keep_free = false;
-  parameters.self_filter.boxes = {
+  parameters.of<SelfFilterParameters>().keep_free = false;
+  parameters.of<SelfFilterParameters>().boxes = {
       makeBoxPart("arm", makeBox({-0.25, -0.25, -0.25}, {0.25, 0.25, 0.25}))};
   loadRobotParts(parameters, kNoParameters);
   return parameters;
@@ -235,7 +236,7 @@ TEST(SelfFilter, ARobotOfTooManyVoxelsIsNotKeptFree) {
   NodeParameters parameters = makeParameters();
   parameters.map.resolution_m = 0.001;
   EXPECT_EQ(loadError(parameters), "");
-  parameters.self_filter.keep_free = true;
+  parameters.of<SelfFilterParameters>().keep_free = true;
   EXPECT_EQ(
       loadError(parameters),
       "self_filter/keep_free: the robot has 1.25e+08 voxels, but may have 1e+06: give meshes in "
@@ -250,8 +251,8 @@ TEST(SelfFilter, StaysWhenOtherParametersAreChanged) {
   request.doubles.back().value = 0.2;
   const LoadedParameters changed = applyConfig(makeParameters(), request);
   EXPECT_EQ(changed.parameters.source.sensor_model.miss, 0.2);
-  ASSERT_EQ(changed.parameters.self_filter.parts.size(), 1U);
-  EXPECT_EQ(changed.parameters.self_filter.parts[0].frame_id, "arm");
+  ASSERT_EQ(changed.parameters.of<SelfFilterParameters>().parts.size(), 1U);
+  EXPECT_EQ(changed.parameters.of<SelfFilterParameters>().parts[0].frame_id, "arm");
 }
 
 TEST(SelfFilter, NeedsTheTransformsOfTheRobot) {
@@ -317,7 +318,7 @@ TEST(SelfFilter, PointsOnTheRobotNeitherMarkNorClear) {
 TEST(SelfFilter, TheVoxelsOfTheRobotAreKeptFreeAsFarAsNothingHitsThem) {
   CloudFigures figures;
   NodeParameters parameters = makeParameters();
-  parameters.self_filter.keep_free = true;
+  parameters.of<SelfFilterParameters>().keep_free = true;
   // The second point is outside the box, in a voxel whose centre is inside.
   const auto map = makeMap(parameters, posesWithArm({1.01, 0.01, 0.01}),
                            {{0.95, 0.05, 0.05}, {1.0, 0.0, 0.28}}, figures);

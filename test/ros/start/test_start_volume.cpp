@@ -59,10 +59,10 @@ TEST(StartVolume, RefusesABoxOfTooManyVoxels) {
   LoadedParameters loaded;
   EXPECT_TRUE(StartVolume::check(loaded).empty());
   EXPECT_FALSE(StartVolume::isOn(loaded.parameters));
-  loaded.parameters.start_free = " -0.6 -0.6 0 0.6 0.6 0.8 ";
+  loaded.parameters.of<StartParameters>().box = " -0.6 -0.6 0 0.6 0.6 0.8 ";
   EXPECT_TRUE(StartVolume::check(loaded).empty());
   EXPECT_TRUE(StartVolume::isOn(loaded.parameters));
-  loaded.parameters.start_free = "0 0 0 1e4 1e4 1e4";
+  loaded.parameters.of<StartParameters>().box = "0 0 0 1e4 1e4 1e4";
   EXPECT_EQ(StartVolume::check(loaded).size(), 1U);
 }
 

@@ -155,7 +155,7 @@ std::vector<ParameterError> PoseCorrections::check(const LoadedParameters& loade
     errors.push_back(
         {"keep_clouds/memory", "does not go with " + key + ": " + why + ". Change one of them"});
   };
-  if (!parameters.fleet.robots.empty()) {
+  if (!parameters.robots.empty()) {
     refuse("merge/robots", "this node does not get the robots' clouds");
   }
   if (parameters.source.forget_after_s > 0.0) {

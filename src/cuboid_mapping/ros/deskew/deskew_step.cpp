@@ -14,14 +14,15 @@ constexpr double kMinStamp_s = 2.0;
 }  // namespace
 
 DeskewStep::DeskewStep(const NodeParameters& /*parameters*/, const SourceParameters& source)
-    : maps_no_returns_(source.no_return_range_m > 0.0), unit_s_(source.time_unit_s) {}
+    : maps_no_returns_(source.no_return_range_m > 0.0),
+      unit_s_(source.of<DeskewParameters>().time_unit_s) {}
 
 std::vector<ParameterDeclaration> DeskewStep::declare() {
-  return {{"deskew", "", boolean(&SourceParameters::deskew),
+  return {{"deskew", "", boolean(&DeskewParameters::is_on),
            "true: tf gives the pose of the sensor at the time of each point. Times come from the "
            "field time, t, offset_time, timestamp, time_stamp or timeStamp of a cloud, or from "
            "time_increment of a scan. false: all points have the time of the stamp."},
-          {"time_unit", "s", number(&SourceParameters::time_unit_s, 0.0, 1.0),
+          {"time_unit", "s", number(&DeskewParameters::time_unit_s, 0.0, 1.0),
            "Unit of the times of points. 0: whole numbers are nanoseconds, others seconds, unless "
            "only another unit gives the duration of a sweep. Set it if this guess is wrong."}};
 }
@@ -29,14 +30,14 @@ std::vector<ParameterDeclaration> DeskewStep::declare() {
 std::vector<ParameterError> DeskewStep::check(const LoadedParameters& loaded) {
   const SourceParameters& source = loaded.parameters.source;
   const bool is_depth = source.type == SourceType::kDepthImage;
-  if (!source.deskew || !(is_depth || source.filter_ground)) return {};
+  if (!isOn(loaded.parameters, source) || !(is_depth || source.filter_ground)) return {};
   return {{"deskew", std::string("is true, but does not go with ") +
                          (is_depth ? "type: depth_image" : "filter_ground") +
                          ": switch one of them off"}};
 }
 
 bool DeskewStep::isOn(const NodeParameters& /*parameters*/, const SourceParameters& source) {
-  return source.deskew;
+  return source.of<DeskewParameters>().is_on;
 }
 
 std::optional<PointTimes> DeskewStep::readTimes(const SensorMessage& message) const {

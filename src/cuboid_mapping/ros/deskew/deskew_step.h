@@ -10,6 +10,11 @@
 
 namespace cuboid_mapping_ros {
 
+struct DeskewParameters : StepParameters {
+  bool is_on = false;        ///< Each point has the pose of its own time; else that of the stamp.
+  double time_unit_s = 0.0;  ///< Unit of the times of points; 0: see readPointTimes().
+};
+
 /// Puts each point where the sensor was at the time of the point.
 class DeskewStep : public SensorStep {
  public:

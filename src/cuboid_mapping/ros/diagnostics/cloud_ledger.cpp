@@ -81,8 +81,7 @@ std::string remedy(double speedup, double resolution_m, double range_m) {
 
 CloudLedger::CloudLedger(const NodeParameters& parameters)
     : speed_watch_(makeSpeedWatch(parameters)) {
-  const bool has_clouds =
-      parameters.fleet.robots.empty();  // All observations of robots enter the map.
+  const bool has_clouds = parameters.robots.empty();  // All observations of robots enter the map.
   for (const SourceParameters& source : sourcesOf(parameters)) {
     rate_limits_.emplace_back(has_clouds ? source.max_rate_hz : 0.0);
   }

@@ -232,7 +232,7 @@ std::vector<ParameterError> MapFiles::check(const LoadedParameters& loaded) {
                       "does not go with window/outside: keep, which saves to window/file: remove "
                       "it; ~save_map or map_convert makes a copy"});
   }
-  if (!parameters.fleet.robots.empty() && formatOfName(file) != MapFormat::kStore) {
+  if (!parameters.robots.empty() && formatOfName(file) != MapFormat::kStore) {
     errors.push_back({"autosave_file",
                       "must end in .sqlite with merge/robots: such a file also keeps which "
                       "observations are merged"});

@@ -32,11 +32,12 @@ std::size_t bytesOf(const Observation& message) {
 }  // namespace
 
 ObservationPublisher::ObservationPublisher(const MapHost& host)
-    : is_limited_(host.parameters.fleet.observation_max_kb_s > 0.0),
-      leaves_out_(host.parameters.fleet.observation_memory_mb == 0),
-      budget_(1e3 * host.parameters.fleet.observation_max_kb_s),
-      max_kept_bytes_(std::size_t{1000000} *
-                      static_cast<std::size_t>(host.parameters.fleet.observation_memory_mb)),
+    : is_limited_(host.parameters.of<ObservationParameters>().max_kb_s > 0.0),
+      leaves_out_(host.parameters.of<ObservationParameters>().memory_mb == 0),
+      budget_(1e3 * host.parameters.of<ObservationParameters>().max_kb_s),
+      max_kept_bytes_(
+          std::size_t{1000000} *
+          static_cast<std::size_t>(host.parameters.of<ObservationParameters>().memory_mb)),
       publisher_(ros::NodeHandle(host.nh).advertise<Observation>(kObservationsTopic, kMaxWaiting)) {
   last_.header.frame_id = withoutSlash(host.parameters.frame_id);
   last_.robot = host.private_nh.getNamespace();
@@ -157,13 +158,11 @@ void ObservationPublisher::fillStatus(diagnostic_updater::DiagnosticStatusWrappe
 
 std::vector<ParameterDeclaration> ObservationPublisher::declare() {
   return {
-      {"observation_rate", "kB/s",
-       number({&NodeParameters::fleet, &FleetParameters::observation_max_kb_s}, 0.0, 1e6),
+      {"observation_rate", "kB/s", number(&ObservationParameters::max_kb_s, 0.0, 1e6),
        "Maximum rate of observations to each listener. Answers of ~get_observations count. With "
        "observation_memory, the last 50 observations above the rate wait, and listeners can "
        "request older ones; without, they are dropped and counted. 0: no limit."},
-      {"observation_memory", "MB",
-       integer({&NodeParameters::fleet, &FleetParameters::observation_memory_mb}, 0, 100000),
+      {"observation_memory", "MB", integer(&ObservationParameters::memory_mb, 0, 100000),
        "Memory for past observations, so that merging nodes can request lost ones. 0: none is "
        "kept."},
   };

@@ -23,6 +23,11 @@
 
 namespace cuboid_mapping_ros {
 
+struct ObservationParameters {
+  double max_kb_s = 0.0;  ///< Rate limit for each subscriber; 0: none.
+  int memory_mb = 0;      ///< For subscribers that missed observations; 0: none is kept.
+};
+
 /// The topic observations, with the voxels that each cloud observes, for maps of several robots; and
 /// ~get_observations, for subscribers that have missed some.
 ///
@@ -35,7 +40,7 @@ class ObservationPublisher : public MapFeature {
   [[nodiscard]] static std::vector<ParameterDeclaration> declare();
   /// A node that merges robots observes nothing itself.
   [[nodiscard]] static bool isOn(const NodeParameters& parameters) {
-    return parameters.fleet.robots.empty();
+    return parameters.robots.empty();
   }
   [[nodiscard]] std::string name() const override;
   /// Publishes a cloud.

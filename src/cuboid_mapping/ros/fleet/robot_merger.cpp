@@ -109,12 +109,12 @@ RobotMerger::RobotMerger(const ros::NodeHandle& nh, const ros::NodeHandle& askin
       parameters_(parameters),
       map_(map),
       callbacks_(std::move(callbacks)),
-      order_(parameters.fleet.merge_delay_s) {
+      order_(parameters.of<MergeParameters>().delay_s) {
   const std::string earlier =
       map_.read([this](const CuboidMap& /*map*/) { return map_.progress(); });
   order_.start(mergeProgressOfText(earlier), mergeTime_s());
   map_.setProgress([this] { return progress(); });
-  for (const std::string& robot : parameters.fleet.robots) {
+  for (const std::string& robot : parameters.robots) {
     subscribers_.push_back(
         subscribeTo<Observation>(nh, robot + '/' + kObservationsTopic, kObservationsKept,
                                  [this, robot](const auto& message) { take(robot, *message); }));

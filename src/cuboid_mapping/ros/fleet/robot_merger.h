@@ -31,6 +31,10 @@ namespace cuboid_mapping_ros {
 
 [[nodiscard]] ros::Time stampOf(const RobotObservation& observation);
 
+struct MergeParameters {
+  double delay_s = 3.0;  ///< Wait for observations before they go into the map.
+};
+
 /// Builds a map from the observations of several robots, in the order of the stamps; see ObservationOrder. Asks
 /// robots for lost observations.
 ///

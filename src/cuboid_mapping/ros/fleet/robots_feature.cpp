@@ -23,18 +23,18 @@ bool setRobots(P& parameters, const std::string& text) {
     std::string reason;
     if (!ros::names::validate(robot, reason) || robot[0] == '~') return false;
   }
-  parameters.fleet.robots = std::move(robots);
+  parameters.robots = std::move(robots);
   return true;
 }
 
-std::string getRobots(const P& parameters) { return join(parameters.fleet.robots, " "); }
+std::string getRobots(const P& parameters) { return join(parameters.robots, " "); }
 
 }  // namespace
 
 RobotsFeature::RobotsFeature(const MapHost& host)
     : merging_thread_(host.guard, "merging"),
       asking_threads_(host.guard, "asking robots",
-                      static_cast<std::uint32_t>(host.parameters.fleet.robots.size()) + 1) {
+                      static_cast<std::uint32_t>(host.parameters.robots.size()) + 1) {
   RobotMerger::Callbacks callbacks;
   callbacks.is_paused = host.is_paused;
   callbacks.note = [&host](const RobotObservation& observation, bool is_in_map) {
@@ -78,7 +78,7 @@ std::vector<ParameterDeclaration> RobotsFeature::declare() {
        parsedText("namespaces with spaces between them, or empty", false, setRobots, getRobots),
        "Namespaces of robots, as in \"/robot1 /robot2\". The node builds the map from the "
        "observations of their nodes, instead of clouds. Empty: from clouds."},
-      {"merge/delay", "s", number({&P::fleet, &FleetParameters::merge_delay_s}, 0.0, 3600.0),
+      {"merge/delay", "s", number(&MergeParameters::delay_s, 0.0, 3600.0),
        "Time that an observation waits for earlier ones of other robots. Those that arrive even "
        "later enter the map at once, out of order, and are counted."},
   };

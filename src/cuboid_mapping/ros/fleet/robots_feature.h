@@ -18,7 +18,7 @@ class RobotsFeature : public MapFeature {
   ~RobotsFeature() override;
   [[nodiscard]] static std::vector<ParameterDeclaration> declare();
   [[nodiscard]] static bool isOn(const NodeParameters& parameters) {
-    return !parameters.fleet.robots.empty();
+    return !parameters.robots.empty();
   }
   [[nodiscard]] std::string name() const override { return "merging"; }
 

@@ -14,7 +14,7 @@
 namespace cuboid_mapping_ros {
 namespace {
 
-using P = NodeParameters;
+using G = RobotGridParameters;
 
 constexpr double kGridLogPeriod_s = 30.0;
 
@@ -68,7 +68,7 @@ nav_msgs::OccupancyGrid makeRobotGrid(const CuboidMap& map, const RobotGridParam
 std::optional<nav_msgs::OccupancyGrid> findRobotGrid(const GuardedMap& map,
                                                      const tf2::BufferCore& buffer,
                                                      const NodeParameters& parameters) {
-  const RobotGridParameters& options = parameters.robot_grid;
+  const RobotGridParameters& options = parameters.of<RobotGridParameters>();
   const std::string frame_id = withoutSlash(parameters.frame_id);
   const TfLookup lookup = lookupTransform(buffer, frame_id, options.frame_id, ros::Time());
   if (!lookup.T_target_source) {
@@ -86,14 +86,14 @@ std::optional<nav_msgs::OccupancyGrid> findRobotGrid(const GuardedMap& map,
 
 std::vector<ParameterDeclaration> RobotGridFeature::declare() {
   return {
-      {"robot_grid/frame", "", frame({&P::robot_grid, &RobotGridParameters::frame_id}, true),
+      {"robot_grid/frame", "", frame(&G::frame_id, true),
        "Frame of the robot. robot_grid moves with it. Empty: there is no robot_grid."},
-      {"robot_grid/size", "m", number({&P::robot_grid, &RobotGridParameters::size_m}, 0.1, 1000.0),
+      {"robot_grid/size", "m", number(&G::size_m, 0.1, 1000.0),
        "Extent of robot_grid along x and y, rounded up to a multiple of 16 voxels."},
-      {"robot_grid/min_z", "m", number({&P::robot_grid, &RobotGridParameters::min_z_m}),
+      {"robot_grid/min_z", "m", number(&G::min_z_m),
        "Cells below this height over the origin of the robot's frame are not in robot_grid.",
        "robot_grid/max_z"},
-      {"robot_grid/max_z", "m", number({&P::robot_grid, &RobotGridParameters::max_z_m}),
+      {"robot_grid/max_z", "m", number(&G::max_z_m),
        "Cells above this height over the origin of the robot's frame are not in robot_grid."},
   };
 }

@@ -13,6 +13,14 @@
 
 namespace cuboid_mapping_ros {
 
+/// The grid that follows the robot.
+struct RobotGridParameters {
+  std::string frame_id;  ///< Frame of the robot; "": no grid.
+  double size_m = 20.0;  ///< Minimum edge of the grid.
+  double min_z_m = 0.1;  ///< Lower end of its heights, above the origin of the frame.
+  double max_z_m = 1.5;  ///< Upper end.
+};
+
 /// Grid of the map for the topic robot_grid; nothing, and a warning, without a transform of the robot's frame.
 [[nodiscard]] std::optional<nav_msgs::OccupancyGrid> findRobotGrid(
     const GuardedMap& map, const tf2::BufferCore& buffer, const NodeParameters& parameters);
@@ -25,7 +33,7 @@ class RobotGridFeature : public MapFeature {
               [&host] { return findRobotGrid(host.map, host.tf, host.parameters); }) {}
   [[nodiscard]] static std::vector<ParameterDeclaration> declare();
   [[nodiscard]] static bool isOn(const NodeParameters& parameters) {
-    return !parameters.robot_grid.frame_id.empty();
+    return !parameters.of<RobotGridParameters>().frame_id.empty();
   }
   [[nodiscard]] std::string name() const override { return kRobotGridTopic; }
 

@@ -11,6 +11,13 @@
 
 namespace cuboid_mapping_ros {
 
+/// Limits of the ground: the ground_filter of octomap_server.
+struct GroundFilterConfig : StepParameters {
+  double distance_m = 0.04;        ///< Maximum distance of a point from its plane.
+  double angle_rad = 0.15;         ///< Maximum angle between the plane's normal and z of the base.
+  double plane_distance_m = 0.07;  ///< Largest distance of the plane from z = 0 of the base.
+};
+
 /// Ground and other points, each in the order of the cloud.
 struct GroundSplit {
   std::vector<Eigen::Vector3f> ground;
@@ -36,9 +43,9 @@ struct GroundSplit {
 class GroundStep : public SensorStep {
  public:
   GroundStep(const NodeParameters& parameters, const SourceParameters& source)
-      : base_frame_id_(parameters.octomap_server.base_frame_id),
+      : base_frame_id_(parameters.base_frame_id),
         crop_base_(source.crop),
-        config_(source.ground_filter) {}
+        config_(source.of<GroundFilterConfig>()) {}
 
   [[nodiscard]] static std::vector<ParameterDeclaration> declare();
   [[nodiscard]] static bool isOn(const NodeParameters& /*parameters*/,

@@ -26,7 +26,7 @@ std::vector<ParameterDeclaration> MovingPointsFeature::declare() {
 }
 
 bool MovingPointsFeature::isOn(const NodeParameters& parameters) {
-  return parameters.moving_points != MovingPoints::kIgnore && parameters.fleet.robots.empty();
+  return parameters.moving_points != MovingPoints::kIgnore && parameters.robots.empty();
 }
 
 MovingPointsFeature::MovingPointsFeature(const MapHost& host)

@@ -40,7 +40,7 @@ CloudReceiver::CloudReceiver(const ros::NodeHandle& nh, const NodeParameters& pa
                              CallbackGuard& guard, CloudLedger& ledger)
     : thread_(guard, "receiving"),
       nh_(withQueue(nh, thread_.queue())),
-      has_clouds_(parameters.fleet.robots.empty()),
+      has_clouds_(parameters.robots.empty()),
       ledger_(ledger),
       sources_(parameters, ledger),
       needs_(parameters),

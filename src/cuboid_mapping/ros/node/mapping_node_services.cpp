@@ -93,7 +93,7 @@ StorageAnswer MappingNode::moveMap(const Eigen::Isometry3d& T_new_old, const ros
   if (!motion) answer.error = describeRefusal(T_new_old, resolution_m);
   const std::string wrong_time = describeWrongTime(jump, map_.stamp());
   if (!wrong_time.empty()) answer.error = wrong_time;
-  if (!parameters_.fleet.robots.empty()) {
+  if (!parameters_.robots.empty()) {
     answer.error =
         "the robots' observations stay in the old frame: stop this node and theirs, move the map "
         "with map_merge, and start them again";

@@ -4,7 +4,6 @@
 
 #include "cuboid_mapping/io/octree_stream.h"
 #include "cuboid_mapping/map/map_snapshot.h"
-#include "cuboid_mapping/ros/parameters/parameters.h"
 
 #include <octomap_msgs/Octomap.h>
 #include <sensor_msgs/PointCloud2.h>
@@ -14,6 +13,19 @@
 #include <vector>
 
 namespace cuboid_mapping_ros {
+
+/// Parameters of octomap_server that concern its topics.
+struct OctomapServerParameters {
+  bool filter_speckles = false;  ///< Leave out occupied voxels without occupied neighbours.
+  /// Cells below and above are not in its markers, points and projected_map.
+  ///@{
+  double occupancy_min_z_m = -1e9;
+  double occupancy_max_z_m = 1e9;
+  ///@}
+  double min_x_size_m = 0.0;    ///< Minimum size of projected_map.
+  double min_y_size_m = 0.0;    ///< Minimum size of projected_map.
+  int max_projection_mb = 100;  ///< Maximum size of projected_map: a byte per cell. No parameter.
+};
 
 /// octomap_binary and octomap_full: every voxel within +-32768 voxels from the origin; pruned.
 /// @param num_left_out  Gets the number of voxels outside, which no octree can hold.

@@ -106,8 +106,8 @@ OctomapServerFeature::OctomapServerFeature(const MapHost& host)
     : frame_id_(withoutSlash(host.parameters.frame_id)),
       map_(host.map),
       guard_(host.guard),
-      projection_(host.parameters.octomap_server),
-      parameters_(host.parameters.octomap_server),
+      projection_(host.parameters.of<O>()),
+      parameters_(host.parameters.of<O>()),
       queue_(host.slow_queue) {
   advertiseTopics(withQueue(host.nh, queue_));
   projection_publisher_.emplace(
@@ -182,10 +182,10 @@ ros::Time OctomapServerFeature::stampOf(const ros::Time& cloud) const {
 }
 
 void OctomapServerFeature::setParameters(const NodeParameters& parameters) {
-  projection_ = ProjectedMap(parameters.octomap_server);
+  projection_ = ProjectedMap(parameters.of<O>());
   is_projection_due_ = true;
-  post(queue_, this, [this, octomap_server = parameters.octomap_server] {
-    parameters_ = octomap_server;
+  post(queue_, this, [this, changed = parameters.of<O>()] {
+    parameters_ = changed;
     has_changed_ = true;
   });
 }
@@ -279,18 +279,18 @@ nav_msgs::OccupancyGrid OctomapServerFeature::makeProjection() {
 
 std::vector<ParameterDeclaration> OctomapServerFeature::declare() {
   return {
-      {"occupancy_min_z", "m", number({&P::octomap_server, &O::occupancy_min_z_m}),
+      {"occupancy_min_z", "m", number(&O::occupancy_min_z_m),
        "Cells below this height are left out of octomap_server's markers, points and "
        "projected_map.",
        "occupancy_max_z"},
-      {"occupancy_max_z", "m", number({&P::octomap_server, &O::occupancy_max_z_m}),
+      {"occupancy_max_z", "m", number(&O::occupancy_max_z_m),
        "Cells above this height are left out of octomap_server's markers, points and "
        "projected_map."},
-      {"min_x_size", "m", number({&P::octomap_server, &O::min_x_size_m}, 0.0, 1e4),
+      {"min_x_size", "m", number(&O::min_x_size_m, 0.0, 1e4),
        "Minimum extent of projected_map along x, centred on the origin."},
-      {"min_y_size", "m", number({&P::octomap_server, &O::min_y_size_m}, 0.0, 1e4),
+      {"min_y_size", "m", number(&O::min_y_size_m, 0.0, 1e4),
        "Minimum extent of projected_map along y, centred on the origin."},
-      {"filter_speckles", "", boolean({&P::octomap_server, &O::filter_speckles}),
+      {"filter_speckles", "", boolean(&O::filter_speckles),
        "true: occupied voxels without an occupied neighbour (of 26) are left out of "
        "octomap_server's markers, points and projected_map."},
   };

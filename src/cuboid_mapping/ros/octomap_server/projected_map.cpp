@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/octomap_server/projected_map.h"
 
-#include "cuboid_mapping/ros/octomap_server/octomap_products.h"
-
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>

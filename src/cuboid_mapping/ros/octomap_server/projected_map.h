@@ -3,7 +3,7 @@
 
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/ros/middleware/grid_publisher.h"
-#include "cuboid_mapping/ros/parameters/parameters.h"
+#include "cuboid_mapping/ros/octomap_server/octomap_products.h"
 
 #include <nav_msgs/OccupancyGrid.h>
 #include <std_msgs/Header.h>

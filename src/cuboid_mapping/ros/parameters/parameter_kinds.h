@@ -17,7 +17,8 @@
 
 namespace cuboid_mapping_ros {
 
-/// Place of a parameter's value: a path of members from NodeParameters or SourceParameters, or another place.
+/// Place of a parameter's value: a path of members from NodeParameters, SourceParameters or a struct of
+/// FeatureValues, or another place.
 template <typename T>
 class Field {
  public:
@@ -26,11 +27,16 @@ class Field {
       : at_([=](NodeParameters& p) -> T& {
           if constexpr (std::is_same_v<OwnerT, SourceParameters>) {
             return ((p.source.*first).*....*rest);
-          } else {
+          } else if constexpr (std::is_base_of_v<StepParameters, OwnerT>) {
+            return ((p.source.of<OwnerT>().*first).*....*rest);
+          } else if constexpr (std::is_same_v<OwnerT, NodeParameters>) {
             return ((p.*first).*....*rest);
+          } else {
+            return ((p.of<OwnerT>().*first).*....*rest);
           }
         }),
-        is_of_source_(std::is_same_v<OwnerT, SourceParameters>) {}
+        is_of_source_(std::is_same_v<OwnerT, SourceParameters> ||
+                      std::is_base_of_v<StepParameters, OwnerT>) {}
   Field(std::function<T&(NodeParameters&)> at, bool is_of_source)
       : at_(std::move(at)), is_of_source_(is_of_source) {}
 

@@ -16,13 +16,17 @@
 
 #include <Eigen/Core>
 
+#include <any>
 #include <array>
 #include <cstddef>
 #include <functional>
 #include <limits>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
+#include <typeindex>
+#include <typeinfo>
 #include <vector>
 
 namespace cuboid_mapping_ros {
@@ -44,26 +48,40 @@ enum class SourceUse : unsigned char {
   kClear  ///< They only clear: the end of a beam changes nothing.
 };
 
-/// Limits of the ground: the ground_filter of octomap_server.
-struct GroundFilterConfig {
-  double distance_m = 0.04;        ///< Maximum distance of a point from its plane.
-  double angle_rad = 0.15;         ///< Maximum angle between the plane's normal and z of the base.
-  double plane_distance_m = 0.07;  ///< Largest distance of the plane from z = 0 of the base.
+/// Parameters that only one feature or step reads, each a struct in its header: `parameters.of<StartParameters>()`.
+class FeatureValues {
+ public:
+  template <typename T>
+  [[nodiscard]] T& of() {
+    std::any& value = values_[typeid(T)];
+    if (!value.has_value()) value = T();
+    return std::any_cast<T&>(value);
+  }
+  template <typename T>
+  [[nodiscard]] const T& of() const {
+    static const T kDefaults{};
+    const auto found = values_.find(typeid(T));
+    return found == values_.end() ? kDefaults : std::any_cast<const T&>(found->second);
+  }
+
+ private:
+  std::map<std::type_index, std::any> values_;
 };
 
+/// Base of those that each source may set.
+struct StepParameters {};
+
 /// Parameters that each source may set.
-struct SourceParameters {
+struct SourceParameters : FeatureValues {
   std::string name;                 ///< Name in diagnostics and messages; empty: the topic.
   std::string topic = kCloudTopic;  ///< Name before remapping, in the namespace of the node.
   SourceType type = SourceType::kPointCloud;
   std::string camera_info;  ///< Topic, for depth images; empty: beside that of the image.
   SourceUse use = SourceUse::kBoth;
-  double max_rate_hz = 0.0;    ///< Messages beyond this rate are ignored; 0: no limit.
-  bool deskew = false;         ///< Each point has the pose of its own time; else that of the stamp.
-  double length_unit_m = 0.0;  ///< Unit of its messages; 0: see lengthUnitOf().
+  double max_rate_hz = 0.0;       ///< Messages beyond this rate are ignored; 0: no limit.
+  double length_unit_m = 0.0;     ///< Unit of its messages; 0: see lengthUnitOf().
   double old_depth_unit_m = 0.0;  ///< The same under an old name, for depth images.
   double old_point_unit_m = 0.0;  ///< The same under an old name, for other messages.
-  double time_unit_s = 0.0;       ///< Unit of the times of points; 0: see readPointTimes().
   std::string sensor_frame;  ///< Frame whose origin is the start of beams; "": the cloud's frame.
   double forget_after_s = 0.0;  ///< See Forgetting; 0: never.
   /// Probabilities of the source; the thresholds are those of the map.
@@ -77,7 +95,6 @@ struct SourceParameters {
   /// Points outside are left out with their beams; in the map's frame, with filter_ground in the base's.
   MetricBox crop = {Eigen::Vector3d::Constant(-1e9), Eigen::Vector3d::Constant(1e9)};
   bool filter_ground = false;  ///< Whether points of the ground are no obstacles and free space.
-  GroundFilterConfig ground_filter;
 };
 
 /// Unit of the lengths in the messages of a source, in metres; 0: see CloudOptions.
@@ -86,27 +103,6 @@ struct SourceParameters {
 /// The name of a source in diagnostics and messages.
 [[nodiscard]] inline const std::string& nameOf(const SourceParameters& source) {
   return source.name.empty() ? source.topic : source.name;
-}
-
-/// A closed volume, in metres.
-struct Solid {
-  MetricBox bounds;  ///< Bounding box of the volume.
-  /// Whether a point within `bounds` lies in it. Thread-safe.
-  std::function<bool(const Eigen::Vector3d& point)> contains;
-};
-
-/// A part of the robot, which moves with a frame of tf.
-struct RobotPart {
-  std::string frame_id;
-  Solid padded;  ///< Points inside are points on the robot.
-  Solid exact;   ///< Space that only the robot can occupy.
-};
-using RobotParts = std::vector<RobotPart>;
-
-/// A part whose exact and padded volumes are one box.
-[[nodiscard]] inline RobotPart makeBoxPart(const std::string& frame_id, const MetricBox& box) {
-  const Solid solid{box, [](const Eigen::Vector3d& /*point*/) { return true; }};
-  return {frame_id, solid, solid};
 }
 
 /// Treatment of calls about parts of the map on disk, see MapWindow.
@@ -123,14 +119,6 @@ struct ServiceLimits {
   int max_entries = 1000000;  ///< Maximum number of entries of a request, and of its answer.
   int max_answer_mb = 100;    ///< Maximum size of an answer, MB.
   QueriesOutside outside = QueriesOutside::kRefuse;
-};
-
-/// Parameters for maps of several robots.
-struct FleetParameters {
-  double observation_max_kb_s = 0.0;  ///< Rate limit for each subscriber; 0: none.
-  int observation_memory_mb = 0;    ///< For subscribers that missed observations; 0: none is kept.
-  std::vector<std::string> robots;  ///< Robots that observe the map; none: clouds make it.
-  double merge_delay_s = 3.0;       ///< Wait for observations before they go into the map.
 };
 
 /// Part of the map that stays in memory.
@@ -152,28 +140,6 @@ struct KeepParameters {
   [[nodiscard]] bool isOn() const { return memory_mb > 0; }
 };
 
-/// Parameters of octomap_server that concern its topics.
-struct OctomapServerParameters {
-  std::string base_frame_id = "base_footprint";  ///< Frame of the robot, z = 0 on the ground.
-  bool filter_speckles = false;  ///< Leave out occupied voxels without occupied neighbours.
-  /// Cells below and above are not in its markers, points and projected_map.
-  ///@{
-  double occupancy_min_z_m = -1e9;
-  double occupancy_max_z_m = 1e9;
-  ///@}
-  double min_x_size_m = 0.0;    ///< Minimum size of projected_map.
-  double min_y_size_m = 0.0;    ///< Minimum size of projected_map.
-  int max_projection_mb = 100;  ///< Maximum size of projected_map: a byte per cell. No parameter.
-};
-
-/// The grid that follows the robot.
-struct RobotGridParameters {
-  std::string frame_id;  ///< Frame of the robot; "": no grid.
-  double size_m = 20.0;  ///< Minimum edge of the grid.
-  double min_z_m = 0.1;  ///< Lower end of its heights, above the origin of the frame.
-  double max_z_m = 1.5;  ///< Upper end.
-};
-
 /// What is forgotten, see Forgetting.
 enum class Forget : unsigned char {
   kAll,       ///< Voxels become unknown.
@@ -189,23 +155,11 @@ enum class MovingPoints : unsigned char {
   kLeaveOut  ///< They are published, and do not go into the map.
 };
 
-/// Shapes of the robot, and the treatment of points on it.
-struct SelfFilterParameters {
-  XmlRpc::XmlRpcValue box_list;  ///< List as given.
-  RobotParts boxes;              ///< Boxes from the list.
-  /// Name of a parameter with a URDF, or a .urdf file; empty: none.
-  std::string robot_description;
-  double padding_m = 0.05;    ///< Enlarges the shapes of the URDF.
-  std::string ignored_links;  ///< Links of the URDF, separated by spaces.
-  bool keep_free = true;      ///< Whether each cloud makes the voxels of the robot free.
-  RobotParts parts;           ///< All parts, after readReferences().
-};
-
 /// Parameters of the node, valid together when they come from readParameters() without an error.
 ///
 /// Keys, units, ranges and help are declared once, see parameterTable(); the defaults are those of
-/// this struct. Names of octomap_server are kept.
-struct NodeParameters {
+/// the structs. Names of octomap_server are kept.
+struct NodeParameters : FeatureValues {
   std::string frame_id = "map";  ///< Frame of the map.
   /// The only source; or the default parameters of the sources in the list.
   SourceParameters source;
@@ -213,6 +167,8 @@ struct NodeParameters {
   std::vector<SourceParameters> sources;  ///< Sources from the list.
   /// Its sensor_model is that of `source`, see makeMapConfig().
   MapConfig map;
+  std::string base_frame_id = "base_footprint";  ///< Frame of the robot, z = 0 on the ground.
+  std::vector<std::string> robots;  ///< Robots that observe the map; none: clouds make it.
   Forget forget = Forget::kAll;
   MovingPoints moving_points = MovingPoints::kIgnore;
   int threads = 0;                  ///< Threads for a cloud; 0: one for each core.
@@ -228,13 +184,8 @@ struct NodeParameters {
   double autosave_period_s = 60.0;
   bool is_autosave_read = false;  ///< Read at the start: saves may replace it. No parameter.
   ServiceLimits service_limits;
-  FleetParameters fleet;
   WindowParameters window;
   KeepParameters keep;
-  OctomapServerParameters octomap_server;
-  RobotGridParameters robot_grid;
-  std::string start_free;  ///< See StartVolume; empty: none.
-  SelfFilterParameters self_filter;
 };
 
 /// The sources of the list, or the only one; never empty.

@@ -5,7 +5,6 @@
 #include "cuboid_mapping/io/map_file_error.h"
 #include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
-#include "cuboid_mapping/ros/self_filter/robot_description.h"
 #include "cuboid_mapping/scan/scan_filter.h"
 
 #include <boost/algorithm/string/predicate.hpp>
@@ -56,7 +55,7 @@ void checkVolume(const RobotParts& parts, const NodeParameters& parameters) {
     volume_m3 += (part.exact.bounds.max_m - part.exact.bounds.min_m).prod();
   }
   const double num_voxels = volume_m3 / std::pow(parameters.map.resolution_m, 3);
-  if (!parameters.self_filter.keep_free || num_voxels <= kMaxFreeVoxels) return;
+  if (!parameters.of<SelfFilterParameters>().keep_free || num_voxels <= kMaxFreeVoxels) return;
   std::ostringstream text;
   text << "self_filter/keep_free: the robot has " << num_voxels << " voxels, but may have "
        << kMaxFreeVoxels
@@ -122,7 +121,7 @@ void addVoxels(const Solid& solid, const Eigen::Isometry3d& T_map_part, const Gr
 }  // namespace
 
 void loadRobotParts(NodeParameters& parameters, const FindText& find_text) {
-  SelfFilterParameters& filter = parameters.self_filter;
+  SelfFilterParameters& filter = parameters.of<SelfFilterParameters>();
   RobotParts parts = filter.boxes;
   const std::string urdf = readDescription(filter, find_text);
   if (!urdf.empty()) {
@@ -244,15 +243,15 @@ std::string setBoxes(P& p, const XmlRpcValue& list) {
     const std::string refusal = addBox(list[i], boxes);
     if (!refusal.empty()) return "box " + std::to_string(i) + ' ' + refusal;
   }
-  p.self_filter.boxes = std::move(boxes);
-  p.self_filter.box_list = list;
+  p.of<F>().boxes = std::move(boxes);
+  p.of<F>().box_list = list;
   return {};
 }
 
 ParameterKind boxesKind() {
   ParameterKind kind{"a list of groups {frame: base_link, min: [x, y, z], max: [x, y, z]}"};
   kind.set = setBoxes;
-  kind.get = [](const P& p) { return p.self_filter.box_list; };
+  kind.get = [](const P& p) { return p.of<F>().box_list; };
   return kind;
 }
 
@@ -263,16 +262,15 @@ std::vector<ParameterDeclaration> SelfFilterStep::declare() {
       {"self_filter/boxes", "m", boxesKind(),
        "Boxes on the robot, each fixed in a frame. Points in them are ignored."},
       {"self_filter/robot_description", "",
-       text("a parameter, a .urdf file, or empty", {&P::self_filter, &F::robot_description}),
+       text("a parameter, a .urdf file, or empty", &F::robot_description),
        "Name of a parameter with a URDF, such as robot_description, or of a .urdf file. Points in "
        "the collision shapes of its links neither mark nor clear. It is read at the start. Empty: "
        "none."},
-      {"self_filter/padding", "m", number({&P::self_filter, &F::padding_m}, 0.0, 1.0),
+      {"self_filter/padding", "m", number(&F::padding_m, 0.0, 1.0),
        "Enlarges the URDF shapes by this margin. Boxes keep their size."},
-      {"self_filter/ignored_links", "",
-       text("names of links", {&P::self_filter, &F::ignored_links}),
+      {"self_filter/ignored_links", "", text("names of links", &F::ignored_links),
        "Names of URDF links to ignore, separated by spaces, such as links without a transform."},
-      {"self_filter/keep_free", "", boolean({&P::self_filter, &F::keep_free}),
+      {"self_filter/keep_free", "", boolean(&F::keep_free),
        "true: each cloud, from the first one on, also frees the voxels whose centre lies in the "
        "robot, as a passing beam does, even if they were marked before. Here the shapes have no "
        "padding."},

@@ -3,16 +3,30 @@
 
 #include "cuboid_mapping/geometry/grid.h"
 #include "cuboid_mapping/ros/mapping/sensor_step.h"
+#include "cuboid_mapping/ros/self_filter/robot_description.h"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
 #include <cstddef>
+#include <string>
 #include <vector>
 
 namespace cuboid_mapping_ros {
 
-/// Fills self_filter.parts with the parts of the robot: its boxes, then the shapes of its description.
+/// Shapes of the robot, and the treatment of points on it.
+struct SelfFilterParameters {
+  XmlRpc::XmlRpcValue box_list;  ///< List as given.
+  RobotParts boxes;              ///< Boxes from the list.
+  /// Name of a parameter with a URDF, or a .urdf file; empty: none.
+  std::string robot_description;
+  double padding_m = 0.05;    ///< Enlarges the shapes of the URDF.
+  std::string ignored_links;  ///< Links of the URDF, separated by spaces.
+  bool keep_free = true;      ///< Whether each cloud makes the voxels of the robot free.
+  RobotParts parts;           ///< All parts, after readReferences().
+};
+
+/// Fills SelfFilterParameters::parts with the parts of the robot: its boxes, then the shapes of its description.
 ///
 /// @param find_text  Reads self_filter/robot_description, unless that is a .urdf file.
 /// @throws std::runtime_error  for a missing file or parameter, errors of readRobotDescription(), and
@@ -37,14 +51,14 @@ std::size_t removePointsOnRobot(const RobotParts& parts,
 class SelfFilterStep : public SensorStep {
  public:
   SelfFilterStep(const NodeParameters& parameters, const SourceParameters& /*source*/)
-      : parameters_(parameters.self_filter), grid_(parameters.map.resolution_m) {}
+      : parameters_(parameters.of<SelfFilterParameters>()), grid_(parameters.map.resolution_m) {}
 
   [[nodiscard]] static std::vector<ParameterDeclaration> declare();
   /// loadRobotParts().
   static void readReferences(NodeParameters& parameters, const FindText& find_text);
   [[nodiscard]] static bool isOn(const NodeParameters& parameters,
                                  const SourceParameters& /*source*/) {
-    return !parameters.self_filter.parts.empty();
+    return !parameters.of<SelfFilterParameters>().parts.empty();
   }
 
   [[nodiscard]] std::vector<StepFrame> frames() const override;

@@ -38,17 +38,17 @@ ParameterKind boxKind() {
     const auto given = textOf(value);
     if (!given) return "put it in quotes";
     if (!given->empty() && !readBox(*given)) return "each min is less than its max";
-    p.start_free = *given;
+    p.of<StartParameters>().box = *given;
     return {};
   };
-  kind.get = [](const P& p) { return XmlRpc::XmlRpcValue(p.start_free); };
+  kind.get = [](const P& p) { return XmlRpc::XmlRpcValue(p.of<StartParameters>().box); };
   return kind;
 }
 
 }  // namespace
 
 StartVolume::StartVolume(const MapHost& host)
-    : host_(host), box_base_(readBox(host.parameters.start_free).value()) {}
+    : host_(host), box_base_(readBox(host.parameters.of<StartParameters>().box).value()) {}
 
 std::vector<ParameterDeclaration> StartVolume::declare() {
   return {{"start_free", "m", boxKind(),
@@ -59,8 +59,8 @@ std::vector<ParameterDeclaration> StartVolume::declare() {
 
 std::vector<ParameterError> StartVolume::check(const LoadedParameters& loaded) {
   const P& parameters = loaded.parameters;
-  if (parameters.start_free.empty()) return {};
-  const MetricBox box = readBox(parameters.start_free).value();
+  if (!isOn(parameters)) return {};
+  const MetricBox box = readBox(parameters.of<StartParameters>().box).value();
   const double num_voxels =
       (box.max_m - box.min_m).prod() / std::pow(parameters.map.resolution_m, 3);
   if (num_voxels <= kMaxStartVoxels) return {};
@@ -72,7 +72,7 @@ std::vector<ParameterError> StartVolume::check(const LoadedParameters& loaded) {
 
 void StartVolume::onCloud(const MappedCloud& cloud) {
   if (is_done_) return;
-  const auto& base = host_.parameters.octomap_server.base_frame_id;
+  const auto& base = host_.parameters.base_frame_id;
   const TfLookup lookup = lookupTransform(host_.tf, host_.parameters.frame_id, base, cloud.stamp);
   if (!lookup.T_target_source) {
     ROS_WARN_THROTTLE(10.0, "start_free waits for the transform of base_frame_id: %s",

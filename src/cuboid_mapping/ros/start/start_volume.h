@@ -9,6 +9,10 @@
 
 namespace cuboid_mapping_ros {
 
+struct StartParameters {
+  std::string box;  ///< The six numbers of start_free; empty: none.
+};
+
 /// Makes the unknown voxels around the robot free with the first cloud of a map, also after ~reset and ~load_map, as a
 /// passing beam does: the sensor does not see the place where it stands, and a planner would find no way out of it.
 /// Parameter start_free.
@@ -18,7 +22,7 @@ class StartVolume : public MapFeature {
   [[nodiscard]] static std::vector<ParameterDeclaration> declare();
   [[nodiscard]] static std::vector<ParameterError> check(const LoadedParameters& loaded);
   [[nodiscard]] static bool isOn(const NodeParameters& parameters) {
-    return !parameters.start_free.empty();
+    return !parameters.of<StartParameters>().box.empty();
   }
   [[nodiscard]] std::string name() const override { return "start_free"; }
   void onReplaced() override { is_done_ = false; }

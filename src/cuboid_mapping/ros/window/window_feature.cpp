@@ -79,7 +79,7 @@ std::vector<ParameterError> WindowFeature::check(const LoadedParameters& loaded)
   const NodeParameters& parameters = loaded.parameters;
   if (!parameters.window.isOn()) return {};
   std::vector<ParameterError> errors;
-  if (!parameters.fleet.robots.empty()) {
+  if (!parameters.robots.empty()) {
     errors.push_back({"window/frame",
                       "does not go with merge/robots: their clouds have several places. Remove one "
                       "of them"});
