@@ -139,14 +139,16 @@ std::vector<ParameterDeclaration> GroundStep::declare() {
   return {
       {"base_frame_id", "", frame(&P::base_frame_id, false),
        "Frame of the robot with z = 0 on the ground. Used by filter_ground and start_free."},
-      {"filter_ground", "", boolean(&S::filter_ground),
+      {"filter_ground", "", adjustable(boolean(&S::filter_ground)),
        "true: points on the ground are no obstacles, but their beams clear space."},
-      {"ground_filter/distance", "m", number(&GroundFilterConfig::distance_m, 0.001, 1.0),
+      {"ground_filter/distance", "m",
+       adjustable(number(&GroundFilterConfig::distance_m, 0.001, 1.0)),
        "Points closer to the ground plane than this belong to the ground."},
-      {"ground_filter/angle", "rad", number(&GroundFilterConfig::angle_rad, 0.001, 15.0),
+      {"ground_filter/angle", "rad",
+       adjustable(number(&GroundFilterConfig::angle_rad, 0.001, 15.0)),
        "Largest angle between the ground plane and the xy plane of base_frame_id."},
       {"ground_filter/plane_distance", "m",
-       number(&GroundFilterConfig::plane_distance_m, 0.001, 1.0),
+       adjustable(number(&GroundFilterConfig::plane_distance_m, 0.001, 1.0)),
        "Largest height of the ground plane above or below z = 0 of base_frame_id."},
   };
 }

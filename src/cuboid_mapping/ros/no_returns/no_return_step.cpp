@@ -26,10 +26,10 @@ ParameterKind noReturnKind() {
 std::vector<ParameterDeclaration> NoReturnStep::declare() {
   return {
       {"sensor_model/no_return_range", "m",
-       number(&SourceParameters::no_return_range_m, 0.0, 1000.0),
+       adjustable(number(&SourceParameters::no_return_range_m, 0.0, 1000.0)),
        "Beams without a return (no_return_points) clear the space up to this range. 0: they are "
        "ignored."},
-      {"sensor_model/no_return_points", "", noReturnKind(),
+      {"sensor_model/no_return_points", "", adjustable(noReturnKind()),
        "Readings of a scan, a depth image or an organized cloud that mean that a beam met nothing. "
        "Other special readings are ignored. plus_inf: +inf, in any coordinate of a point without "
        "-inf and NaN. nan: NaN. zero: 0, or the point (0, 0, 0). minus_inf: -inf, which REP 117 "

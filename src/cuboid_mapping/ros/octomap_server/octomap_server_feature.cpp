@@ -19,7 +19,6 @@ namespace {
 
 using cuboid_mapping::toText;
 using O = OctomapServerParameters;
-using P = NodeParameters;
 
 /// Minimum time before the log repeats what a topic leaves out.
 constexpr double kLogPeriod_s = 30.0;
@@ -279,18 +278,18 @@ nav_msgs::OccupancyGrid OctomapServerFeature::makeProjection() {
 
 std::vector<ParameterDeclaration> OctomapServerFeature::declare() {
   return {
-      {"occupancy_min_z", "m", number(&O::occupancy_min_z_m),
+      {"occupancy_min_z", "m", adjustable(number(&O::occupancy_min_z_m)),
        "Cells below this height are left out of octomap_server's markers, points and "
        "projected_map.",
        "occupancy_max_z"},
-      {"occupancy_max_z", "m", number(&O::occupancy_max_z_m),
+      {"occupancy_max_z", "m", adjustable(number(&O::occupancy_max_z_m)),
        "Cells above this height are left out of octomap_server's markers, points and "
        "projected_map."},
-      {"min_x_size", "m", number(&O::min_x_size_m, 0.0, 1e4),
+      {"min_x_size", "m", adjustable(number(&O::min_x_size_m, 0.0, 1e4)),
        "Minimum extent of projected_map along x, centred on the origin."},
-      {"min_y_size", "m", number(&O::min_y_size_m, 0.0, 1e4),
+      {"min_y_size", "m", adjustable(number(&O::min_y_size_m, 0.0, 1e4)),
        "Minimum extent of projected_map along y, centred on the origin."},
-      {"filter_speckles", "", boolean(&O::filter_speckles),
+      {"filter_speckles", "", adjustable(boolean(&O::filter_speckles)),
        "true: occupied voxels without an occupied neighbour (of 26) are left out of "
        "octomap_server's markers, points and projected_map."},
   };

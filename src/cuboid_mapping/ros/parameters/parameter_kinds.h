@@ -60,6 +60,7 @@ struct ParameterKind {
   double max = std::numeric_limits<double>::infinity();   ///< Limit of a number.
   bool is_name = false;                                   ///< Whether it is one of several names.
   bool is_frame = false;                                  ///< Whether it is a tf2 frame.
+  bool is_adjustable = false;  ///< Whether it can be changed while the node runs.
 };
 
 /// A number in a closed interval, never NaN or infinite. @param minus_one  Meaning of -1, if it is allowed
@@ -89,6 +90,12 @@ struct ParameterKind {
 
 /// A path of the file system, or empty.
 [[nodiscard]] ParameterKind file(const Field<std::string>& field);
+
+/// A parameter that can be changed while the node runs.
+[[nodiscard]] inline ParameterKind adjustable(ParameterKind kind) {
+  kind.is_adjustable = true;
+  return kind;
+}
 
 /// Joins words as "a or b", "a, b or c".
 [[nodiscard]] std::string joinAlternatives(const std::vector<std::string>& words);

@@ -51,25 +51,28 @@ std::vector<ParameterDeclaration> declareCuboids() {
 std::vector<ParameterDeclaration> declareSensorModel() {
   return {
       {"sensor_model/hit", "probability",
-       number({&S::sensor_model, &SensorModelConfig::hit}, 0.501, 0.999),
+       adjustable(number({&S::sensor_model, &SensorModelConfig::hit}, 0.501, 0.999)),
        "Probability that a voxel is occupied if a beam ends in it."},
       {"sensor_model/miss", "probability",
-       number({&S::sensor_model, &SensorModelConfig::miss}, 0.001, 0.499),
+       adjustable(number({&S::sensor_model, &SensorModelConfig::miss}, 0.001, 0.499)),
        "Probability that a voxel is occupied if a beam passes through it."},
       {"sensor_model/min", "probability",
-       number({&P::source, &S::sensor_model, &SensorModelConfig::alpha_min}, 0.001, 0.499),
+       adjustable(
+           number({&P::source, &S::sensor_model, &SensorModelConfig::alpha_min}, 0.001, 0.499)),
        "Lowest probability of a cell (clamping threshold). A free cell that reaches it is stable."},
       {"sensor_model/max", "probability",
-       number({&P::source, &S::sensor_model, &SensorModelConfig::alpha_max}, 0.501, 0.999),
+       adjustable(
+           number({&P::source, &S::sensor_model, &SensorModelConfig::alpha_max}, 0.501, 0.999)),
        "Highest probability of a cell (clamping threshold). An occupied cell that reaches it is "
        "stable."},
-      {"sensor_model/max_range", "m", number(&S::max_range_m, 0.01, kInfinity, kInfinity),
+      {"sensor_model/max_range", "m",
+       adjustable(number(&S::max_range_m, 0.01, kInfinity, kInfinity)),
        "Longer beams are cut off at this range and clear the space up to it. -1: no limit."},
-      {"sensor_model/keep_surfaces", "", boolean(&S::keep_surfaces),
+      {"sensor_model/keep_surfaces", "", adjustable(boolean(&S::keep_surfaces)),
        "true: a beam does not clear floors, stairs and tables that it grazes and that neighbouring "
        "beams hit, only what it passes. false: a beam clears all voxels up to its end, as in "
        "OctoMap."},
-      {"sensor_model/min_range", "m", number(&S::min_range_m, 0.0, kInfinity, 0.0),
+      {"sensor_model/min_range", "m", adjustable(number(&S::min_range_m, 0.0, kInfinity, 0.0)),
        "Points closer to the sensor than this are ignored. 0 or -1: no limit.",
        "sensor_model/max_range"},
   };
@@ -85,9 +88,9 @@ std::vector<ParameterDeclaration> declareCrop() {
         "filter_ground.";
     const Field<double> least([axis](P& p) -> double& { return p.source.crop.min_m[axis]; }, true);
     const Field<double> most([axis](P& p) -> double& { return p.source.crop.max_m[axis]; }, true);
-    table.push_back(
-        {"pointcloud_min_" + name, "m", number(least), "Lower" + help, "pointcloud_max_" + name});
-    table.push_back({"pointcloud_max_" + name, "m", number(most), "Upper" + help});
+    table.push_back({"pointcloud_min_" + name, "m", adjustable(number(least)), "Lower" + help,
+                     "pointcloud_max_" + name});
+    table.push_back({"pointcloud_max_" + name, "m", adjustable(number(most)), "Upper" + help});
   }
   return table;
 }
@@ -103,7 +106,7 @@ std::vector<ParameterDeclaration> declareTopics() {
       {"tf_gap", "s", number(&P::tf_gap_s, 0.001, 86400.0),
        "A cloud is dropped if it lies between two transforms of a frame that are farther apart: "
        "its pose would be a guess."},
-      {"publish_rate", "Hz", number(&P::publish_rate_hz, 0.01, 100.0),
+      {"publish_rate", "Hz", adjustable(number(&P::publish_rate_hz, 0.01, 100.0)),
        "Maximum rate of the map topics. They are published after a change (cuboid_map_updates "
        "always, robot_grid also when the robot moves); occupied_cuboids and free_cuboids of a "
        "large map less often."},

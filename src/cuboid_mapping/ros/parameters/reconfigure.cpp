@@ -22,20 +22,9 @@ using dynamic_reconfigure::Config;
 using dynamic_reconfigure::ConfigTools;
 using XmlRpc::XmlRpcValue;
 
-/// Groups of keys that can be changed; a group is a key, or all keys that begin with it and a slash.
-constexpr char kRuntimeGroups[] =
-    "sensor_model publish_rate filter_ground ground_filter occupancy_min_z occupancy_max_z "
-    "min_x_size min_y_size filter_speckles pointcloud_min_x pointcloud_min_y pointcloud_min_z "
-    "pointcloud_max_x pointcloud_max_y pointcloud_max_z";
-
-bool isRuntimeKey(const std::string& key) {
-  static const std::vector<std::string> kGroups = wordsOf(kRuntimeGroups);
-  const std::string group = key.substr(0, key.find('/'));
-  return std::find(kGroups.begin(), kGroups.end(), group) != kGroups.end();
-}
-
-bool isDescribed(const std::string& key) {
-  return isRuntimeKey(key) || key == "frame_id" || key == "resolution";
+bool isDescribed(const ParameterDeclaration& declaration) {
+  const std::string& key = declaration.key;
+  return declaration.kind.is_adjustable || key == "frame_id" || key == "resolution";
 }
 
 /// Adds a value to a message. @return The name of its type.
@@ -99,7 +88,7 @@ std::string toReconfigureName(const std::string& key) {
 std::map<std::string, XmlRpcValue> runtimeValues(const NodeParameters& parameters) {
   std::map<std::string, XmlRpcValue> values;
   for (const ParameterDeclaration& declaration : parameterTable()) {
-    if (isRuntimeKey(declaration.key)) values[declaration.key] = declaration.kind.get(parameters);
+    if (declaration.kind.is_adjustable) values[declaration.key] = declaration.kind.get(parameters);
   }
   return values;
 }
@@ -111,7 +100,7 @@ dynamic_reconfigure::ConfigDescription describeConfig() {
   description.groups.emplace_back();
   description.groups.front().name = "Default";
   for (const ParameterDeclaration& declaration : parameterTable()) {
-    if (!isDescribed(declaration.key)) continue;
+    if (!isDescribed(declaration)) continue;
     XmlRpcValue least = declaration.kind.get({});  // Other kinds have their default for both ends.
     XmlRpcValue most = least;
     if (least.getType() == XmlRpcValue::TypeDouble) {
@@ -134,7 +123,7 @@ dynamic_reconfigure::ConfigDescription describeConfig() {
 Config toConfig(const NodeParameters& parameters) {
   Config config;
   for (const ParameterDeclaration& declaration : parameterTable()) {
-    if (!isDescribed(declaration.key)) continue;
+    if (!isDescribed(declaration)) continue;
     add(toReconfigureName(declaration.key), declaration.kind.get(parameters), config);
   }
   addTopGroup(config);
@@ -149,7 +138,7 @@ LoadedParameters applyConfig(const NodeParameters& parameters, const Config& req
     const ParameterDeclaration* declaration = findDeclaration(name);
     if (declaration == nullptr) {
       refusals.push_back({name, "is not a parameter: see ~parameter_descriptions"});
-    } else if (isRuntimeKey(declaration->key)) {
+    } else if (declaration->kind.is_adjustable) {
       values[declaration->key] = value;
     } else if (value != declaration->kind.get(parameters)) {
       refusals.push_back({declaration->key,
