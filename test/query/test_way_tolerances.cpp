@@ -166,6 +166,19 @@ TEST(WayTolerances, AnAnswerNamesTheVoxelOfTheEndThatBlocks) {
   EXPECT_GE(blocked.value.met->x, 20) << "not the wall at the start";
 }
 
+TEST(WayTolerances, ARobotMuchLargerThanTheMapIsBlockedAtOnce) {
+  CorridorTask task;
+  task.goal_map.x() = 100.0;
+  task.size_m = {5000, 5000, 5000};
+  QueryLimits limits;
+  limits.max_bricks = 1000;
+  Budget budget(limits);
+  const auto blocked = findCorridor(roomsOfMetres(true), task, UnknownPolicy::kObstacle, budget);
+  EXPECT_EQ(endOf(blocked), "start");
+  ASSERT_TRUE(blocked.value.met);
+  EXPECT_EQ(roomsOfMetres(true).voxels().at(*blocked.value.met), Occupancy::kOccupied);
+}
+
 TEST(WayTolerances, MustBeNumbersOfAtLeast0) {
   CorridorTask task = fromTheWall();
   task.start_tolerance_m = -1.0;

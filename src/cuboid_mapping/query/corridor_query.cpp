@@ -263,14 +263,8 @@ class CorridorSearch {
   /// Whether the robot cannot be at an end; notes the voxel that it touches.
   bool isBlocked(const RobotEnd& end) {
     if (region_.contains(end.box) && !obstacles_.isAny(end.box)) return false;
-    std::optional<Cell> met;
-    bool is_occupied = false;
-    obstacles_.visit(end.box, [&](const Cell& voxel) {
-      if (is_occupied) return;
-      is_occupied = map_.voxels().at(voxel) == Occupancy::kOccupied;
-      if (is_occupied || !met) met = voxel;
-    });
-    corridor_.met = met;
+    corridor_.met = Obstacles(map_, UnknownPolicy::kFree, budget()).findAny(end.box);
+    if (!corridor_.met) corridor_.met = obstacles_.findAny(end.box);
     return true;
   }
 

@@ -5,13 +5,15 @@
 #include "cuboid_mapping/query/budget.h"
 #include "cuboid_mapping/query/unknown_policy.h"
 
+#include <optional>
+
 namespace cuboid_mapping {
 
 class VoxelSet;
 
 /// The obstacles of a map: occupied voxels, and unknown ones if the policy is kObstacle. Each call reads the
-/// current map. Between two bricks, isAny() and visit() let others get their turn at the map; they end when the
-/// budget is spent. Not thread-safe, because of the budget.
+/// current map. Between two bricks, its searches let others get their turn at the map; they end when the budget
+/// is spent. Not thread-safe, because of the budget.
 class Obstacles {
  public:
   /// @param budget  Must outlive this object. @param more  Obstacles beside those of the map; may be null.
@@ -50,7 +52,20 @@ class Obstacles {
     });
   }
 
-  /// Budget of isAny() and visit().
+  /// An obstacle in a box; nothing if it has none, or the budget is spent before. @complexity As isAny().
+  [[nodiscard]] std::optional<Cell> findAny(const CellBox& box) const {
+    std::optional<Cell> found;
+    (void)anyBrick(partWithAny(box), [&](const Cell& brick) {
+      const BrickMask part = BrickMask::ofBox(intersect(box, brickBox(brick)));
+      forEachCell(brick, inBrick(brick) & part, [&](const Cell& voxel) {
+        if (!found) found = voxel;
+      });
+      return found || !budget_.spendAndUnlock();
+    });
+    return found;
+  }
+
+  /// Budget of the searches above.
   [[nodiscard]] Budget& budget() const { return budget_; }
 
  private:
