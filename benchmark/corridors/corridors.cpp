@@ -94,8 +94,7 @@ Plan planLeaves(const Maps& maps, const Pair& pair) {
   if (!plan.is_found) return plan;
   const CorridorPortals portals =
       findPortals(maps.ours.grid(), linkLeaves(plan.boxes), Cell{1, 1, 1});
-  plan.path_map =
-      pullTight(portals, maps.centerOf(pair.start), maps.centerOf(pair.goal), Budget::unlimited());
+  plan.path_map = pullTight(portals, maps.centerOf(pair.start), maps.centerOf(pair.goal));
   plan.length_m = lengthOf(plan.path_map);
   return plan;
 }

@@ -43,12 +43,11 @@ TEST(PullTight, goesStraightWherePortalsAllowIt) {
     portals.ranges_map.push_back({{x - 1.0, 0.0, 0.0}, {x + 1.0, 10.0, 2.0}});
     portals.centers_map.emplace_back(x, 5.0, 1.0);
   }
-  Budget budget;
-  const auto path = pullTight(portals, {0, 1, 1}, {12, 1, 1}, budget);
+  const auto path = pullTight(portals, {0, 1, 1}, {12, 1, 1});
   ASSERT_EQ(path.size(), 4U);
   for (const Eigen::Vector3d& point : path) EXPECT_NEAR(point.y(), 1.0, 1e-3);
   portals.ranges_map[1].min_m.y() = 3.0;  // Around a corner.
-  EXPECT_NEAR(pullTight(portals, {0, 1, 1}, {12, 1, 1}, budget)[2].y(), 3.0, 1e-3);
+  EXPECT_NEAR(pullTight(portals, {0, 1, 1}, {12, 1, 1})[2].y(), 3.0, 1e-3);
 }
 
 /// A room of 20 x 8 x 4 with a wall at x = 10 that has a door of full height, from y = 2 on.
@@ -111,6 +110,24 @@ TEST(CorridorQuery, saysWhyThereIsNone) {
   EXPECT_EQ(budget.whyEnded(), BudgetLimit::kBricks);
   task.region = CellBox{{0, 0, 0}, {12, 8, 4}};
   EXPECT_EQ(endOf(find(map, task)), "goal") << "outside the region";
+}
+
+TEST(CorridorQuery, hasAShortPathInTheBoxesThatItsBudgetWasEnoughFor) {
+  const CuboidMap map = roomWithDoor(3);
+  CorridorTask task = throughTheDoor();
+  task.start_map.y() = 6.0;
+  const Corridor whole = *find(map, task);
+  int num_cut = 0;
+  QueryLimits limits;
+  for (limits.max_bricks = 1;; ++limits.max_bricks) {
+    Budget budget(limits);
+    const auto answer = findCorridor(map, task, UnknownPolicy::kObstacle, budget);
+    if (!budget.isSpent()) break;
+    if (!answer.isFound() || answer->boxes != whole.boxes) continue;
+    EXPECT_DOUBLE_EQ(answer->length_m, whole.length_m) << limits.max_bricks;
+    ++num_cut;
+  }
+  EXPECT_GT(num_cut, 0);
 }
 
 TEST(CorridorQuery, growsThroughUnknownSpaceUpToAFarRegionAtOnce) {

@@ -114,12 +114,11 @@ CorridorPortals findPortals(const Grid& grid, const std::vector<CellBox>& boxes,
 
 std::vector<Eigen::Vector3d> pullTight(const CorridorPortals& portals,
                                        const Eigen::Vector3d& start_map,
-                                       const Eigen::Vector3d& goal_map, Budget& budget) {
+                                       const Eigen::Vector3d& goal_map) {
   std::vector<Eigen::Vector3d> path{start_map};
   path.insert(path.end(), portals.centers_map.begin(), portals.centers_map.end());
   path.push_back(goal_map);
-  const std::size_t cost = 1 + path.size() / kPlacesPerBrick;
-  for (int pull = 0; pull < kPulls && budget.spendAndUnlock(cost); ++pull) {
+  for (int pull = 0; pull < kPulls; ++pull) {
     for (std::size_t i = 1; i + 1 < path.size(); ++i) {
       path[i] = findCrossing(portals.ranges_map[i - 1], path[i - 1], path[i + 1], path[i]);
     }

@@ -42,10 +42,9 @@ struct CorridorPortals {
 [[nodiscard]] CorridorPortals findPortals(const Grid& grid, const std::vector<CellBox>& boxes,
                                           const Cell& size, double clearance_m = 0.0);
 
-/// A short path from start to goal with one point in each portal; longer if the budget is spent before the end.
+/// A short path from start to goal with one point in each portal. @complexity O(portals).
 [[nodiscard]] std::vector<Eigen::Vector3d> pullTight(const CorridorPortals& portals,
                                                      const Eigen::Vector3d& start_map,
-                                                     const Eigen::Vector3d& goal_map,
-                                                     Budget& budget);
+                                                     const Eigen::Vector3d& goal_map);
 
 }  // namespace cuboid_mapping

@@ -332,7 +332,7 @@ class CorridorSearch {
     const CorridorPortals portals =
         findPortals(map_.grid(), corridor_.boxes, robot_.size, task_.clearance_m);
     corridor_.portals_map = portals.centers_map;
-    corridor_.path_map = pullTight(portals, start_.center_map, goal_.center_map, budget());
+    corridor_.path_map = pullTight(portals, start_.center_map, goal_.center_map);
     if (!exits_.empty()) {
       corridor_.path_map.insert(corridor_.path_map.begin(), task_.start_map);
     }
