@@ -223,7 +223,7 @@ inflation: metres, added on all sides of the robot.
 clearance: metres along x and y that the path keeps from the faces of the boxes; where there is less room, it goes
 through the middle.
 start_tolerance: longest way out of obstacles that the robot touches at the start, metres; 0: START_BLOCKED.
-goal_tolerance: largest distance from the goal at which the path may end if the robot cannot reach it, metres.
+goal_tolerance: largest distance from the goal at which the path may end if the robot cannot reach it, metres; inf: any.
 Returns results.Corridor. A corridor is found if and only if the robot can go from voxel to voxel; it need not be the
 shortest. O(bricks that the search reaches).)");
 }

@@ -309,7 +309,7 @@ TEST_F(SearchAnswers, LeadOutOfAnObstacleAndNearAGoal) {
   expectNear(response.path.poses[1].pose.position, 0.85, 0.15, 0.5);
   EXPECT_EQ(response.occupancy, FindCorridor::Response::OCCUPIED);
   request.start.x = 1.05;  // The centre is in the wall.
-  request.start_tolerance = 1000.0;
+  request.start_tolerance = INFINITY;
   response = answer<FindCorridor>(in_frame_, request);
   EXPECT_EQ(response.result, FindCorridor::Response::START_BLOCKED);
   EXPECT_NE(response.info.message.find("no way out is within start_tolerance: move the start"),
@@ -319,7 +319,7 @@ TEST_F(SearchAnswers, LeadOutOfAnObstacleAndNearAGoal) {
   request = makeTask();
   request.goal = point(5, 0.5, 0.5);
   EXPECT_EQ(answer<FindCorridor>(in_frame_, request).result, FindCorridor::Response::GOAL_BLOCKED);
-  request.goal_tolerance = 10.0;
+  request.goal_tolerance = request.time_limit = INFINITY;
   response = answer<FindCorridor>(in_frame_, request);
   EXPECT_EQ(response.result, FindCorridor::Response::FOUND);
   EXPECT_EQ(response.occupancy, FindCorridor::Response::UNKNOWN);

@@ -103,11 +103,16 @@ std::optional<CellBox> readRegion(ServiceCall& call, const FindCorridor::Request
   return region;
 }
 
+/// A limit, which may be infinite.
+double readLimit(double value, const char* name) {
+  return value == INFINITY ? value : ServiceCall::notNegative(value, name);
+}
+
 template <typename TaskT>
 void readRoom(const FindCorridor::Request& request, TaskT& task) {
   task.clearance_m = ServiceCall::notNegative(request.clearance, "clearance");
-  task.start_tolerance_m = ServiceCall::notNegative(request.start_tolerance, "start_tolerance");
-  task.goal_tolerance_m = ServiceCall::notNegative(request.goal_tolerance, "goal_tolerance");
+  task.start_tolerance_m = readLimit(request.start_tolerance, "start_tolerance");
+  task.goal_tolerance_m = readLimit(request.goal_tolerance, "goal_tolerance");
 }
 
 CorridorTask readTask(ServiceCall& call, const FindCorridor::Request& request) {
@@ -312,7 +317,7 @@ void answer(ServiceCall& call, const CastRays::Request& request, CastRays::Respo
 
 void answer(ServiceCall& call, const FindCorridor::Request& request,
             FindCorridor::Response& response) {
-  const double asked_s = ServiceCall::notNegative(request.time_limit, "time_limit");
+  const double asked_s = readLimit(request.time_limit, "time_limit");
   const double limit_s = asked_s == 0.0 ? kTimeLimit_s : asked_s;
   if (!request.headings.empty()) return answerTurning(call, request, limit_s, response);
   const UnknownPolicy policy = ServiceCall::policy(request.unknown);
