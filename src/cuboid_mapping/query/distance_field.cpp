@@ -26,11 +26,13 @@ CellBox edgeOf(CellBox box) {
 }
 
 /// The region with its surroundings. @throws std::invalid_argument
-CellBox checkedSurroundings(const CellBox& region, double bound) {
+CellBox checkedSurroundings(const Grid& grid, const CellBox& region, double bound_m) {
+  const double bound = bound_m * grid.inverseResolution();
   if (!(bound > 0.0 && bound <= DistanceField::kMaxBound)) {
     throw std::invalid_argument(
-        "the bound of a distance field must be more than 0 and at most 127 voxels, not " +
-        std::to_string(bound));
+        "the bound of a distance field must be more than 0 and at most 127 voxels, here " +
+        std::to_string(DistanceField::kMaxBound * grid.resolution()) + " m, not " +
+        std::to_string(bound_m) + " m");
   }
   const auto reach = static_cast<std::int32_t>(bound + 1e-6);
   const CellBox around = dilate(intersect(region, kAllCells), {reach, reach, reach});
@@ -161,7 +163,7 @@ DistanceField::DistanceField(const CuboidMap& map, const CellBox& region, double
                              UnknownPolicy policy)
     : grid_(map.grid()),
       region_(region),
-      around_(checkedSurroundings(region, bound_m * grid_.inverseResolution())),
+      around_(checkedSurroundings(grid_, region, bound_m)),
       bound_(region.min.x - around_.min.x),
       max_square_(static_cast<std::int16_t>(std::pow(bound_m * grid_.inverseResolution(), 2.0) *
                                             (1.0 + 1e-9))),
