@@ -87,8 +87,8 @@ struct Corridor {
 /// obstacle, the search starts again.
 ///
 /// Cases:
-///   - a number that is not finite (but for tolerances), a size that is not > 0, inflation, clearance or a tolerance < 0, or out of the grid's
-///     range: kInvalid;
+///   - a number that is not finite (tolerances may be infinite), a size that is not > 0, an inflation, clearance or
+///     tolerance < 0, an end out of the grid's range: kInvalid;
 ///   - kNotFound: only Corridor::blocked, met and num_visited are set;
 ///   - the budget is spent during the search: kBudgetSpent; later, while boxes grow: kFound, with boxes that
 ///     are not maximal.

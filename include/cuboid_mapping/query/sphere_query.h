@@ -39,7 +39,8 @@ class SphereChecker {
   ///@}
   ~SphereChecker();
 
-  /// Whether each of some balls meets an obstacle: kFound, or kNotFound if it is free. Those that touch the ones before them are faster.
+  /// Whether each of some balls meets an obstacle: kFound, or kNotFound if it is free. Balls that touch the one before
+  /// are faster.
   ///
   /// Cases:
   ///   - a number that is not finite, a radius below Body::kMinSize or above Body::kMaxReach voxels, a ball that

@@ -52,10 +52,10 @@ struct BrickUpdate {
 /// outside the grid*, or not finite| none                                      | none; is counted
 /// beyond kMaxBeamVoxels*          | none                                      | none; is counted
 /// (no beam) at a free point       | its voxel, within kMaxBeamVoxels          | none
+/// * where it is cut, if it is.
 ///
-/// * where it is cut, if it is. /// With an end margin, a beam to a hit or an open end grazes the voxels of those slabs of its longest axis that it
+/// With an end margin, a beam to a hit or an open end grazes the voxels of those slabs of its longest axis that it
 /// enters in the margin, and misses the others. With keep_surfaces, so do no-returns, cut or not.
-///
 /// A voxel that is hit and missed is a hit. The rules are those of octomap_server's insertScan.
 /// octomap::OccupancyOcTreeBase::computeUpdate differs in one point: it leaves out the voxel where a beam is
 /// cut.
