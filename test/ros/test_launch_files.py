@@ -148,6 +148,11 @@ class LaunchFilesTest(unittest.TestCase):
         dump = roslaunch('--dump-params', ROOT / 'launch/replay.launch', 'bag:=x.bag', 'type:=laser_scan')
         self.assertEqual(yaml.safe_load(dump)['/cuboid_mapping/type'], 'laser_scan')
 
+    def test_a_robot_that_waits_for_paths_begins_in_free_space(self):
+        call = ('--dump-params', ROOT / 'launch/explore.launch')
+        self.assertIn('/cuboid_mapping/start_free', yaml.safe_load(roslaunch(*call, 'explore:=false')))
+        self.assertNotIn('/cuboid_mapping/start_free', yaml.safe_load(roslaunch(*call)))
+
     def test_a_sensor_has_its_topic_and_its_parameters(self):
         mapping = ROOT / 'launch/mapping.launch'
         for sensor, topic in (('velodyne', '/velodyne_points'), ('ouster', '/ouster/points'), ('livox', '/livox/lidar'),
