@@ -235,7 +235,7 @@ TEST_F(EditAnswers, RefuseWhatCannotBeSet) {
   expectRefusal(answer<SetBox>(in_frame_, request), "occupancy is 7");
   request = makeRequest(SetBox::Request::FREE);
   request.probability = 0.6F;
-  expectRefusal(answer<SetBox>(in_frame_, request), "probability");
+  expectRefusal(answer<SetBox>(in_frame_, request), "probability is 0.6: use");
   request = makeRequest(SetBox::Request::OCCUPIED);
   request.probability = 1.0F;
   expectRefusal(answer<SetBox>(in_frame_, request), "probability");

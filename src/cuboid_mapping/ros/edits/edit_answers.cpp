@@ -34,7 +34,7 @@ void checkOccupancy(const SetRequest& request) {
                             ? probability > 0.0 && probability < 0.5
                             : probability >= 0.5 && probability < 1.0;
   if (!isFilled(request) || !is_right) {
-    throw Refusal("probability is " + toText(probability) +
+    throw Refusal("probability is " + toText(probability, 6) +
                   ": use 0, or below 0.5 for FREE, from 0.5 to below 1 for OCCUPIED");
   }
 }

@@ -17,6 +17,7 @@
 namespace cuboid_mapping_ros {
 namespace {
 
+using cuboid_mapping::counted;
 using cuboid_mapping::toText;
 
 constexpr Entries kRays{"rays", 49};
@@ -38,8 +39,9 @@ struct Ray {
 std::vector<Ray> readRays(const ServiceCall& call, const CastRays::Request& request) {
   call.requireFew(request.origins.size(), kRays);
   if (request.origins.size() != request.directions.size()) {
-    throw Refusal("origins has " + std::to_string(request.origins.size()) + " points, directions " +
-                  std::to_string(request.directions.size()) + ": give one of each for every ray");
+    throw Refusal("origins has " + counted(request.origins.size(), "point") + ", directions has " +
+                  counted(request.directions.size(), "vector") +
+                  ": give one of each for every ray");
   }
   std::vector<Ray> rays;
   for (std::size_t i = 0; i < request.origins.size(); ++i) {
@@ -243,8 +245,8 @@ std::vector<Eigen::Isometry3d> posesAlong(const std::vector<Eigen::Vector3d>& pa
 
 PosePathTask readTurningTask(ServiceCall& call, const FindCorridor::Request& request) {
   if (request.headings.size() != 2) {
-    throw Refusal("headings has " + std::to_string(request.headings.size()) +
-                  " numbers: give two, for start and goal, or none");
+    throw Refusal("headings has " + counted(request.headings.size(), "number") +
+                  ": give two, for start and goal, or none");
   }
   PosePathTask task;
   task.body = readTurningBox(call, request.size, request.inflation);
