@@ -107,6 +107,9 @@ TEST(Diagnostics, WarnsWhenCloudsDoNotComeAnyMore) {
   NodeReport report = makeReport(3, 3);
   report.silence_s = kErrorSilence_s;
   EXPECT_TRUE(isOk(summarize(report, report.statistics))) << "it may be a slow sensor";
+  report.statistics.num_inserted = 0;
+  report.statistics.numDropped(DropReason::kNoTransform) = 3;
+  expectWarning(summarize(report, report.statistics), {"no cloud has got into the map"});
   report = makeReport(5, 5);
   report.silence_s = kMaxSilence_s;
   EXPECT_TRUE(isOk(summarize(report, report.statistics)));

@@ -255,7 +255,7 @@ ReportSummary summarize(const NodeReport& report, const NodeStatistics& last_rep
     return {levelOfFault(report),
             clouds + " for a transform: " + withAge(report.why_waiting, report)};
   }
-  if (report.silence_s > maxSilence_s(greatestRate(report), now.num_received))
+  if (report.silence_s > maxSilence_s(greatestRate(report), now.num_inserted))
     return summarizeSilence(report);
   if (report.last_cloud && report.last_cloud->age_s < -kMaxAhead_s) {
     return {ReportLevel::kWarning, withClock(describeMap(report), report)};

@@ -101,8 +101,8 @@ constexpr double kMaxSilence_s = 5.0;
 constexpr double kErrorSilence_s = 30.0;
 /// kMaxSilence_s, or three periods of a slower sensor, whose rate its fourth cloud shows.
 [[nodiscard]] inline double maxSilence_s(std::optional<double> rate_hz,
-                                         std::uint64_t num_received) {
-  const bool may_be_slow = !rate_hz && num_received > 0 && num_received < 4;
+                                         std::uint64_t num_inserted) {
+  const bool may_be_slow = !rate_hz && num_inserted > 0 && num_inserted < 4;
   return may_be_slow ? kErrorSilence_s : std::max(kMaxSilence_s, 3.0 / rate_hz.value_or(1.0));
 }
 /// Time after which it is an error that clouds arrive, but none is inserted.

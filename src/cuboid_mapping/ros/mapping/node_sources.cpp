@@ -119,7 +119,7 @@ ReportSummary summarize(const SourceReport& report, const SourceStatistics& last
                                        " of it wait, and none enters the map: see the log"};
   }
   const bool has_ended = report.is_simulated_time && report.num_publishers == 0;
-  if (report.silence_s > maxSilence_s(report.rate_hz, now.num_received) && !has_ended) {
+  if (report.silence_s > maxSilence_s(report.rate_hz, now.num_inserted) && !has_ended) {
     return {ReportLevel::kWarning,
             "no " + report.type + " on " + report.topic +
                 (now.num_received == 0
