@@ -5,8 +5,6 @@
 #include "cuboid_mapping/scan/beam_marks.h"
 #include "cuboid_mapping/scan/ray_walk.h"
 
-#include <cstdlib>
-
 namespace cuboid_mapping {
 
 /// Walks through the bricks and marks the misses. Copied by value into the walk.
@@ -63,48 +61,31 @@ class BrickCursor {
   BrickKey key_step_[3];
 };
 
-/// A BrickCursor that marks misses, and grazes in the margin.
-class MarginCursor {
- public:
-  MarginCursor(const Ray& ray, const Cell& base, const MarginSlabs& margin, BeamMarks& misses,
-               BeamMarks& grazes)
-      : cursor_(ray, base, misses),
-        grazes_(&grazes),
-        axis_(margin.axis),
-        slabs_left_(std::abs(margin.first - ray.start[margin.axis])) {
-    if (slabs_left_ == 0) cursor_.switchTo(grazes);
-  }
-
-  void mark() { cursor_.mark(); }
-  void advance(int axis) {
-    cursor_.advance(axis);
-    if (axis == axis_ && --slabs_left_ == 0) cursor_.switchTo(*grazes_);
-  }
-  [[nodiscard]] bool isAtEnd() const { return cursor_.isAtEnd(); }
-
- private:
-  BrickCursor cursor_;
-  BeamMarks* grazes_;
-  int axis_;
-  int slabs_left_;
-};
-
-/// A BrickCursor that stops behind some slabs of an axis.
+/// A BrickCursor that stops behind some slabs of an axis, or goes on there with other marks.
 class SlabCursor {
  public:
-  /// @param num_slabs  Slabs from the origin's, included.
-  SlabCursor(const Ray& ray, const Cell& base, BeamMarks& beam_marks, int axis, int num_slabs)
-      : cursor_(ray, base, beam_marks), axis_(axis), slabs_left_(num_slabs) {}
+  /// @param num_slabs  Slabs from the origin's, included. @param behind  Null: it stops.
+  SlabCursor(const Ray& ray, const Cell& base, BeamMarks& marks, int axis, int num_slabs,
+             BeamMarks* behind = nullptr)
+      : cursor_(ray, base, num_slabs == 0 && behind != nullptr ? *behind : marks),
+        behind_(behind),
+        axis_(axis),
+        slabs_left_(num_slabs) {}
 
   void mark() { cursor_.mark(); }
+
   void advance(int axis) {
     cursor_.advance(axis);
-    if (axis == axis_) --slabs_left_;
+    if (axis == axis_ && --slabs_left_ == 0 && behind_ != nullptr) cursor_.switchTo(*behind_);
   }
-  [[nodiscard]] bool isAtEnd() const { return slabs_left_ <= 0 || cursor_.isAtEnd(); }
+
+  [[nodiscard]] bool isAtEnd() const {
+    return (behind_ == nullptr && slabs_left_ <= 0) || cursor_.isAtEnd();
+  }
 
  private:
   BrickCursor cursor_;
+  BeamMarks* behind_;
   int axis_;
   int slabs_left_;
 };

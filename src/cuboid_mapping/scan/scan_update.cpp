@@ -82,20 +82,6 @@ bool ScanUpdater::isWithinKeyRange(const RayOrigin& origin) const {
   return true;
 }
 
-ScanUpdater::EndMark ScanUpdater::endMarkOf(BeamKind kind, bool is_cut) {
-  if (is_cut || kind == BeamKind::kNoReturn) return EndMark::kMiss;
-  return kind == BeamKind::kReturn ? EndMark::kHit : EndMark::kNone;
-}
-
-void ScanUpdater::markBeam(const Ray& ray, EndMark end_mark, BeamMarks& marks) const {
-  (void)walkRay(ray, BrickCursor(ray, base_, marks));
-  if (end_mark == EndMark::kNone) return;
-  const Cell local_end = ray.end - base_;
-  const int voxel = voxelIndex(local_end);
-  BrickMarks& last_marks = marks.findOrAdd(toBrickKey(local_end));
-  (end_mark == EndMark::kHit ? last_marks.hits : last_marks.misses[0]).set(voxel);
-}
-
 double ScanUpdater::marginOf(const BeamSource& source, const Beams& beams, std::size_t beam,
                              double length_m) const {
   const float share = beams.marginOf(beam);
@@ -105,17 +91,24 @@ double ScanUpdater::marginOf(const BeamSource& source, const Beams& beams, std::
   return std::max(0.0, length_m - (1.0 - share) * static_cast<double>(way.norm()));
 }
 
-/// Marks a beam: misses up to the margin, grazes from there on. The last voxel of an open end is not marked.
-void ScanUpdater::markWithMargin(const Ray& ray, double margin_m, EndMark end_mark,
-                                 Share& share) const {
-  (void)walkRay(
-      ray, MarginCursor(ray, base_, findMarginSlabs(ray, margin_m), share.marks, share.grazes));
-  const Cell local_end = ray.end - base_;
-  const int voxel = voxelIndex(local_end);
-  if (end_mark == EndMark::kHit) share.marks.findOrAdd(toBrickKey(local_end)).hits.set(voxel);
-  if (end_mark == EndMark::kMiss) {
-    share.grazes.findOrAdd(toBrickKey(local_end)).misses[0].set(voxel);
+/// Marks a beam: misses up to the margin, if it has one, grazes from there on. The last voxel of an open end is not
+/// marked.
+void ScanUpdater::markBeam(const Ray& ray, double margin_m, BeamKind kind, bool is_cut,
+                           Share& share) const {
+  const bool has_margin = margin_m > 0.0;
+  if (has_margin) {
+    const MarginSlabs margin = findMarginSlabs(ray, margin_m);
+    const int num_before = std::abs(margin.first - ray.start[margin.axis]);
+    (void)walkRay(ray, SlabCursor(ray, base_, share.marks, margin.axis, num_before, &share.grazes));
+  } else {
+    (void)walkRay(ray, BrickCursor(ray, base_, share.marks));
   }
+  if (kind == BeamKind::kOpenEnd && !is_cut) return;
+  const Cell local_end = ray.end - base_;
+  const bool is_hit = kind == BeamKind::kReturn && !is_cut;
+  BeamMarks& end_marks = has_margin && !is_hit ? share.grazes : share.marks;
+  BrickMarks& brick = end_marks.findOrAdd(toBrickKey(local_end));
+  (is_hit ? brick.hits : brick.misses[0]).set(voxelIndex(local_end));
 }
 
 BatchMargins ScanUpdater::marginsOf(const BeamSource& source, const Beams& batch,
@@ -155,30 +148,20 @@ std::uint32_t ScanUpdater::addBatch(const BeamSource& source, const Beams& batch
   return ~marked & RayBatch::all(count);
 }
 
-std::optional<Ray> ScanUpdater::countRay(const BeamSource& source, const Eigen::Vector3f& end,
-                                         bool& is_cut, Share& share) const {
+void ScanUpdater::addBeam(const BeamSource& source, const Beams& beams, std::size_t beam,
+                          Share& share) const {
   Ray ray;
-  if (!cutRay(source, end, ray, is_cut)) {
+  bool is_cut = false;
+  if (!cutRay(source, beams.ends[beam], ray, is_cut)) {
     ++share.num_out_of_range;
   } else if (!isWithinReach(ray.start, ray.end)) {
     ++share.num_too_far;
   } else {
     ++share.num_points;
-    return ray;
+    const bool may_graze = hasMargins() && (!is_cut || beams.kind == BeamKind::kNoReturn);
+    const double margin_m = may_graze ? marginOf(source, beams, beam, ray.length_m) : 0.0;
+    markBeam(ray, margin_m, beams.kind, is_cut, share);
   }
-  return std::nullopt;
-}
-
-void ScanUpdater::addBeam(const BeamSource& source, const Beams& beams, std::size_t beam,
-                          Share& share) const {
-  bool is_cut = false;
-  const auto ray = countRay(source, beams.ends[beam], is_cut, share);
-  if (!ray) return;
-  const EndMark end_mark = endMarkOf(beams.kind, is_cut);
-  const bool has_margin = hasMargins() && (!is_cut || beams.kind == BeamKind::kNoReturn);
-  const double margin_m = has_margin ? marginOf(source, beams, beam, ray->length_m) : 0.0;
-  if (margin_m > 0.0) return markWithMargin(*ray, margin_m, end_mark, share);
-  markBeam(*ray, end_mark, share.marks);
 }
 
 void ScanUpdater::addBeams(const BeamSource& source, const Beams& beams, Share& share) const {

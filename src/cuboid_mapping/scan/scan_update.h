@@ -125,11 +125,7 @@ class ScanUpdater {
 
   /// Whether every voxel of a beam from an origin has a key.
   [[nodiscard]] bool isWithinKeyRange(const RayOrigin& origin) const;
-  /// What the voxel becomes in which a beam ends.
-  enum class EndMark { kHit, kMiss, kNone };
-  [[nodiscard]] static EndMark endMarkOf(BeamKind kind, bool is_cut);
-  void markBeam(const Ray& ray, EndMark end_mark, BeamMarks& marks) const;
-  void markWithMargin(const Ray& ray, double margin_m, EndMark end_mark, Share& share) const;
+  void markBeam(const Ray& ray, double margin_m, BeamKind kind, bool is_cut, Share& share) const;
   /// End margin of a beam, which is not cut unless it is a no-return; 0: none.
   [[nodiscard]] double marginOf(const BeamSource& source, const Beams& beams, std::size_t beam,
                                 double length_m) const;
@@ -149,9 +145,6 @@ class ScanUpdater {
         std::isfinite(ranges_.max_range_m) && cutBeam(source.scan.origin, ranges_.max_range_m, end);
     return source.ray_origin.computeRay(end, ray);
   }
-  /// As above, and counts it. @return Nothing if it is out of range or too far.
-  [[nodiscard]] std::optional<Ray> countRay(const BeamSource& source, const Eigen::Vector3f& end,
-                                            bool& is_cut, Share& share) const;
   void addBeam(const BeamSource& source, const Beams& beams, std::size_t beam, Share& share) const;
   void addBeams(const BeamSource& source, const Beams& beams, Share& share) const;
   /// @param margins  Of the scan, see SurfaceMargins; null: none.
