@@ -2,10 +2,10 @@
 // The parts of the engine on their own, on made-up clouds: ray walk, bricks, R-tree.
 //
 // usage: micro_benchmarks --benchmark_filter=rayWalk
-#include "cuboid_mapping/fusion/brick_division.h"
 #include "cuboid_mapping/map/cuboid_search.h"
 #include "cuboid_mapping/query/ray_query.h"
 #include "cuboid_mapping/scan/scan_update.h"
+#include "cuboid_mapping/voxels/brick_cuboids.h"
 #include "evaluation/rtree.h"
 
 #include <benchmark/benchmark.h>

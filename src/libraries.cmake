@@ -6,7 +6,6 @@ cuboid_mapping_add_part(core
   cuboid_mapping/boxes/free_boxes.cpp
   cuboid_mapping/boxes/joined_cuboids.cpp
   cuboid_mapping/boxes/passages.cpp
-  cuboid_mapping/fusion/brick_division.cpp
   cuboid_mapping/fusion/cuboid_tree.cpp
   cuboid_mapping/fusion/fusion_kind.cpp
   cuboid_mapping/fusion/growing_bricks.cpp

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "box_counts.h"
 
-#include "cuboid_mapping/fusion/brick_division.h"
+#include "cuboid_mapping/voxels/brick_cuboids.h"
 
 #include <algorithm>
 #include <array>

@@ -2,8 +2,8 @@
 #include "cuboid_picker.h"
 
 #include "cuboid_mapping/boxes/joined_cuboids.h"
-#include "cuboid_mapping/fusion/brick_division.h"
 #include "cuboid_mapping/query/value_query.h"
+#include "cuboid_mapping/voxels/brick_cuboids.h"
 
 #include <rviz/properties/float_property.h>
 #include <rviz/properties/string_property.h>

@@ -4,8 +4,8 @@
 #include "coarse_faces.h"
 
 #include "cuboid_mapping/boxes/joined_cuboids.h"
-#include "cuboid_mapping/fusion/brick_division.h"
 #include "cuboid_mapping/query/value_query.h"
+#include "cuboid_mapping/voxels/brick_cuboids.h"
 
 #include <algorithm>
 #include <array>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "map_content.h"
 
-#include "cuboid_mapping/fusion/brick_division.h"
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/text.h"
+#include "cuboid_mapping/voxels/brick_cuboids.h"
 
 #include <cstdint>
 #include <stdexcept>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Prints the content of a map file.
 #include "command_line.h"
-#include "cuboid_mapping/fusion/brick_division.h"
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/io/map_store.h"
 #include "cuboid_mapping/io/text.h"
+#include "cuboid_mapping/voxels/brick_cuboids.h"
 
 #include <filesystem>
 #include <iostream>

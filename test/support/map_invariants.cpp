@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/map_invariants.h"
 
-#include "cuboid_mapping/fusion/brick_division.h"
 #include "cuboid_mapping/fusion/cuboid_tree.h"
 #include "cuboid_mapping/map/cuboid_search.h"
 #include "cuboid_mapping/rtree/traversal.h"
+#include "cuboid_mapping/voxels/brick_cuboids.h"
 #include "cuboid_mapping/voxels/brick_store.h"
 #include "support/tree_invariants.h"
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/fusion/growth_fusion.h"
 
-#include "cuboid_mapping/fusion/brick_division.h"
 #include "cuboid_mapping/fusion/growth_rules.h"
 #include "cuboid_mapping/geometry/box_faces.h"
+#include "cuboid_mapping/voxels/brick_cuboids.h"
 #include "cuboid_mapping/voxels/brick_store.h"
 
 #include <algorithm>

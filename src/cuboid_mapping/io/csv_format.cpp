@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/io/csv_format.h"
 
-#include "cuboid_mapping/fusion/brick_division.h"
 #include "cuboid_mapping/fusion/cuboid_tree.h"
 #include "cuboid_mapping/map/cuboid_search.h"
 #include "cuboid_mapping/map/progress_counter.h"
 #include "cuboid_mapping/query/value_query.h"
+#include "cuboid_mapping/voxels/brick_cuboids.h"
 
 #include <locale>
 #include <sstream>

@@ -61,6 +61,20 @@ void DividedBrick::add(BrickMask voxels) noexcept {
   }
 }
 
+void divideVoxels(const Cell& brick, const BrickMask& voxels, Occupancy occupancy,
+                  std::vector<Cuboid>& cuboids) {
+  DividedBrick divided;
+  divided.add(voxels);
+  for (int i = 0; i < divided.count; ++i) {
+    cuboids.push_back(unpackCuboid(brick, divided.box(i), occupancy));
+  }
+}
+
+void divideBrick(const VoxelBrick& brick, std::vector<Cuboid>& cuboids) {
+  divideVoxels(brick.brick, brick.voxels.occupied(), Occupancy::kOccupied, cuboids);
+  divideVoxels(brick.brick, brick.voxels.free(), Occupancy::kFree, cuboids);
+}
+
 BrickCuboids::Word BrickCuboids::pack(const DividedBrick& divided) {
   static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "the low bits of a box come first");
   if (divided.count <= kMostInline) {

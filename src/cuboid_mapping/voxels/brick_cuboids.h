@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/geometry/brick.h"
 #include "cuboid_mapping/occupancy/cuboid_filter.h"
+#include "cuboid_mapping/voxels/voxel_store.h"
 
 #include <array>
 #include <atomic>
@@ -10,6 +11,7 @@
 #include <cstdint>
 #include <cstring>
 #include <utility>
+#include <vector>
 
 namespace cuboid_mapping {
 
@@ -92,6 +94,12 @@ struct DividedBrick {
   divided.add(free);
   return divided;
 }
+
+/// Divides voxels of one class of a brick, as DividedBrick::add(), and appends the cuboids.
+void divideVoxels(const Cell& brick, const BrickMask& voxels, Occupancy occupancy,
+                  std::vector<Cuboid>& cuboids);
+/// The same for both classes, occupied ones first.
+void divideBrick(const VoxelBrick& brick, std::vector<Cuboid>& cuboids);
 
 /// The cuboids of one brick, packed: 18 bits each, up to three in the object itself. Stale cuboids
 /// no longer fit the voxels; the next reader divides these.

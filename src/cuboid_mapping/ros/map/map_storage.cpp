@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/map/map_storage.h"
 
-#include "cuboid_mapping/fusion/brick_division.h"
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/io/map_store.h"
@@ -10,6 +9,7 @@
 #include "cuboid_mapping/map/cuboid_search.h"
 #include "cuboid_mapping/ros/map/point_cloud_loader.h"
 #include "cuboid_mapping/ros/middleware/tf_lookup.h"
+#include "cuboid_mapping/voxels/brick_cuboids.h"
 #include "cuboid_mapping/window/map_window.h"
 
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cuboid_mapping/fusion/brick_division.h"
+#include "cuboid_mapping/voxels/brick_cuboids.h"
 
 #include "support/cuboid_set.h"
 #include "support/modelled_brick.h"
