@@ -149,9 +149,7 @@ endif()
 
 # Clouds as maps: PCL reads .pcd.
 if(PCL_FOUND)
-  cuboid_mapping_add_part(scans
-    cuboid_mapping/io/pcd_file.cpp
-    cuboid_mapping/io/point_cloud_map.cpp)
+  cuboid_mapping_add_part(scans cuboid_mapping/io/pcd_file.cpp)
   target_include_directories(cuboid_mapping_scans SYSTEM PRIVATE ${PCL_INCLUDE_DIRS})
   target_link_libraries(cuboid_mapping_scans PUBLIC cuboid_mapping::core PRIVATE ${PCL_LIBRARIES})
 else()

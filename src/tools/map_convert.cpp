@@ -6,7 +6,7 @@
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/io/map_store.h"
-#include "cuboid_mapping/io/point_cloud_map.h"
+#include "cuboid_mapping/io/pcd_file.h"
 #include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/map/progress_counter.h"
 #include "map_content.h"

@@ -4,7 +4,7 @@
 #include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/io/map_files.h"
 #include "cuboid_mapping/io/map_store.h"
-#include "cuboid_mapping/io/point_cloud_map.h"
+#include "cuboid_mapping/io/pcd_file.h"
 #include "cuboid_mapping/io/text.h"
 #include "cuboid_mapping/map/cuboid_search.h"
 #include "cuboid_mapping/ros/map/point_cloud_loader.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cuboid_mapping/ros/map/point_cloud_loader.h"
 
-#include "cuboid_mapping/io/point_cloud_map.h"
+#include "cuboid_mapping/io/pcd_file.h"
 
 #ifdef CUBOID_MAPPING_SCANS_LIBRARY
 #include <dlfcn.h>
