@@ -117,7 +117,6 @@ if(zstd_FOUND AND ZLIB_FOUND AND SQLite3_FOUND)
     cuboid_mapping/io/sqlite_database.cpp
     cuboid_mapping/window/map_window.cpp
     cuboid_mapping/window/stored_pages.cpp
-    cuboid_mapping/window/window_config.cpp
     cuboid_mapping/history/cloud_replay.cpp
     cuboid_mapping/history/kept_clouds.cpp
     cuboid_mapping/history/map_correction.cpp

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <iterator>
 #include <new>
 #include <stdexcept>
@@ -33,6 +34,29 @@ bool isAnyLocked(const std::vector<CellBox>& locked, const Cell& page) {
 }
 
 }  // namespace
+
+const char* toString(OutsideWindow outside) {
+  switch (outside) {
+    case OutsideWindow::kKeep: return "keep";
+    case OutsideWindow::kForget: return "forget";
+    default: return "refuse";
+  }
+}
+
+CellBox cellsKeptAround(const Eigen::Vector3d& center_map, const WindowConfig& config,
+                        const Grid& grid) {
+  const Eigen::Vector3d center_cells = grid.toCellUnits(center_map);
+  const double reach_cells = (0.5 * config.size_m + config.margin_m) / grid.resolution();
+  CellBox cube;
+  constexpr double kMax = Grid::kMaxCell;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double min = std::floor(center_cells[axis] - reach_cells);
+    const double max = std::ceil(center_cells[axis] + reach_cells);
+    cube.min[axis] = static_cast<std::int32_t>(std::clamp(min, -kMax, kMax));
+    cube.max[axis] = static_cast<std::int32_t>(std::clamp(max, -kMax, kMax));
+  }
+  return cube;
+}
 
 MapWindow::MapWindow(const WindowConfig& config, std::unique_ptr<MapStore> store, CuboidMap& map)
     : config_(config), map_(map), stored_(std::make_unique<StoredPages>(std::move(store))) {
@@ -122,7 +146,7 @@ void MapWindow::commit(CuboidMap::PendingChange& change, ChangeSet& changes) {
 }
 
 void MapWindow::moveTo(const Eigen::Vector3d& center_map) {
-  window_ = windowAround(center_map, config_, map_.grid());
+  window_ = cellsKeptAround(center_map, {config_.size_m, 0.0}, map_.grid());
   outer_ = cellsKeptAround(center_map, config_, map_.grid());
   const CellBox pages{pageOf(window_.min), pageOf(window_.max)};
   if (step_ > 1 && pages == window_pages_ && !stored_->isRetryDue(step_)) return;
