@@ -177,35 +177,23 @@ struct MapHistory::Implementation {
     return PoseTrack(std::move(poses));
   }
 
-  void check(const MapCorrection::Implementation& correction) const {
-    if (correction.start == start) return;
-    throw std::runtime_error("the whole map was replaced meanwhile, by another call: call again");
-  }
-
-  /// Takes the next event that a correction lacks. @return Whether there is one.
-  bool takeNext(const MapCorrection::Implementation& correction, HistoryEvent& event,
-                std::string& packed) const {
-    const std::lock_guard<std::mutex> lock(mutex);
-    return takeNextLocked(correction, event, packed);
-  }
-  /// @param packed  Empty for an edit.
-  bool takeNextLocked(const MapCorrection::Implementation& correction, HistoryEvent& event,
-                      std::string& packed) const {
-    check(correction);
+  /// Takes the next event that a correction lacks. @param packed  Empty for an edit.
+  /// @return Number of all events; 0: it lacks none.
+  std::size_t takeNext(const MapCorrection::Implementation& correction, HistoryEvent& event,
+                       std::string& packed) const {
+    const std::lock_guard<std::recursive_mutex> lock(mutex);
+    if (correction.start != start) {
+      throw std::runtime_error("the whole map was replaced meanwhile, by another call: call again");
+    }
     const std::size_t i = correction.poses.size();
-    if (i == events.size()) return false;
+    if (i == events.size()) return 0;
     event = events[i];
     packed.clear();
     if (event.isCloud()) packed = clouds.read(first + i);
-    return true;
-  }
-
-  [[nodiscard]] std::size_t countEvents() const {
-    const std::lock_guard<std::mutex> lock(mutex);
     return events.size();
   }
 
-  mutable std::mutex mutex;
+  mutable std::recursive_mutex mutex;  ///< Recursive for finish().
   HistoryLimits limits;
   CuboidMap base;  ///< The initial map with the fixed clouds.
   KeptClouds clouds;
@@ -233,7 +221,7 @@ void MapHistory::restart(const CuboidMap& map) {
   Implementation& own = *implementation_;
   CuboidMap base = copyOf(map);
   std::vector<CellBox> locked = base.lockedBoxes();
-  const std::lock_guard<std::mutex> lock(own.mutex);
+  const std::lock_guard<std::recursive_mutex> lock(own.mutex);
   own.clouds.clear();
   own.num_fixed += own.num_clouds;
   own.first += own.events.size();
@@ -250,7 +238,7 @@ void MapHistory::add(const KeptCloud& cloud, const ObservationConfig& config) {
   check(config);
   (void)PoseTrack({{cloud.stamp_ns, cloud.T_map_body}});  // Begins every correction.
   Implementation& own = *implementation_;
-  const std::lock_guard<std::mutex> lock(own.mutex);
+  const std::lock_guard<std::recursive_mutex> lock(own.mutex);
   HistoryEvent event;
   event.config = own.share(config);
   event.pose = {cloud.stamp_ns, cloud.T_map_body};
@@ -267,18 +255,18 @@ void MapHistory::addEdit(const CellBox& box, const CuboidMap& map, const CellBox
   event.whole = whole.isEmpty() ? box : whole;
   event.bricks = map.voxels().copyIn(box);
   event.locked = map.lockedBoxes();
-  const std::lock_guard<std::mutex> lock(implementation_->mutex);
+  const std::lock_guard<std::recursive_mutex> lock(implementation_->mutex);
   implementation_->addEdit(std::move(event));
 }
 
 std::uint64_t MapHistory::numAdded() const {
-  const std::lock_guard<std::mutex> lock(implementation_->mutex);
+  const std::lock_guard<std::recursive_mutex> lock(implementation_->mutex);
   return implementation_->first + implementation_->events.size();
 }
 
 void MapHistory::dropEdits(std::uint64_t num_before, std::uint64_t count) {
   Implementation& own = *implementation_;
-  const std::lock_guard<std::mutex> lock(own.mutex);
+  const std::lock_guard<std::recursive_mutex> lock(own.mutex);
   const bool are_last =
       num_before >= own.first && num_before + count == own.first + own.events.size();
   if (!are_last || own.hold.use_count() > 1) return;
@@ -289,14 +277,14 @@ void MapHistory::dropEdits(std::uint64_t num_before, std::uint64_t count) {
 
 HistoryFigures MapHistory::figures() const {
   const Implementation& own = *implementation_;
-  const std::lock_guard<std::mutex> lock(own.mutex);
+  const std::lock_guard<std::recursive_mutex> lock(own.mutex);
   return {own.num_clouds, own.num_bytes, own.num_points, own.num_fixed};
 }
 
 std::optional<double> MapHistory::findShift_m(const PoseTrack& poses, double distance_m) const {
   if (!(distance_m >= 0.0)) throw std::invalid_argument("a distance must be a number >= 0");
   const Implementation& own = *implementation_;
-  const std::lock_guard<std::mutex> lock(own.mutex);
+  const std::lock_guard<std::recursive_mutex> lock(own.mutex);
   std::optional<double> shift_m;
   if (own.num_clouds == 0) return shift_m;
   const auto gap_motions = findGapMotions(own.oldTrack(), poses);
@@ -315,7 +303,7 @@ MapCorrection MapHistory::begin(const PoseTrack& poses, const CorrectionRule& ru
     throw std::invalid_argument("the tolerance must be a number >= 0, in metres");
   }
   Implementation& own = *implementation_;
-  const std::lock_guard<std::mutex> lock(own.mutex);
+  const std::lock_guard<std::recursive_mutex> lock(own.mutex);
   const PoseTrack old = own.oldTrack();
   const auto is_inside = [&](const HistoryEvent& event) {
     return event.isCloud() && poses.covers(event.pose.stamp_ns);
@@ -356,9 +344,10 @@ std::size_t MapHistory::catchUp(MapCorrection& correction, const ProgressListene
   HistoryEvent event;
   std::string packed;
   std::size_t count = 0;
-  for (; implementation_->takeNext(made, event, packed); ++count) {
+  while (const std::size_t num_events = implementation_->takeNext(made, event, packed)) {
     made.put(event, packed, implementation_->clouds.step_m(), replay);
-    if (listener) listener(made.poses.size(), implementation_->countEvents());
+    ++count;
+    if (listener) listener(made.poses.size(), num_events);
   }
   replay.wait();
   return count;
@@ -367,15 +356,9 @@ std::size_t MapHistory::catchUp(MapCorrection& correction, const ProgressListene
 void MapHistory::finish(MapCorrection& correction) {
   Implementation& own = *implementation_;
   catchUp(correction);
+  const std::lock_guard<std::recursive_mutex> lock(own.mutex);
+  catchUp(correction);  // Others may have added some more.
   MapCorrection::Implementation& made = *correction.implementation_;
-  const std::lock_guard<std::mutex> lock(own.mutex);
-  HistoryEvent event;
-  std::string packed;
-  CloudReplay replay(made.map);
-  while (own.takeNextLocked(made, event, packed)) {
-    made.put(event, packed, own.clouds.step_m(), replay);
-  }
-  replay.wait();
   std::vector<CellBox> locked = made.map.lockedBoxes();
   for (std::size_t i = 0; i < own.events.size(); ++i) {  // Nothing throws from here on.
     if (own.events[i].isCloud()) own.events[i].pose.T_map_body = made.poses[i];
