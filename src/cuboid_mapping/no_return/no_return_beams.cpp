@@ -52,16 +52,6 @@ bool isSpanned(const BeamGrid& grid, const Layout& layout) {
          kMinSpanShare * static_cast<double>(layout.columns);
 }
 
-double toRow(std::size_t index, std::size_t columns) {
-  const std::size_t row = index / columns;
-  return static_cast<double>(row);
-}
-
-double toColumn(std::size_t index, std::size_t columns) {
-  const std::size_t column = index % columns;
-  return static_cast<double>(column);
-}
-
 /// A camera that measures depth.
 struct PinholeModel {
   std::size_t columns;
@@ -74,12 +64,11 @@ struct PinholeModel {
   double residual_rad = 0.0;
 
   [[nodiscard]] std::optional<Eigen::Vector3f> direction(std::size_t index) const {
-    const auto column = toColumn(index, columns);
-    const auto row = toRow(index, columns);
+    const std::size_t row = index / columns;
     Eigen::Vector3d direction;
     direction[axes[0]] = 1.0;
-    direction[axes[1]] = column_offset + column_step * column;
-    direction[axes[2]] = row_offset + row_step * row;
+    direction[axes[1]] = column_offset + column_step * static_cast<double>(index % columns);
+    direction[axes[2]] = row_offset + row_step * static_cast<double>(row);
     return direction.normalized().cast<float>();
   }
 };
@@ -96,8 +85,9 @@ std::optional<PinholeModel> fitPinhole(const BeamGrid& grid, std::size_t columns
     if (!grid.isReturn(index)) continue;
     const Eigen::Vector3d direction = grid.directions[index].cast<double>();
     if (direction[axes[0]] < kMinCosine) return std::nullopt;  // Beside or behind: no image.
-    across.add(toColumn(index, columns), direction[axes[1]] / direction[axes[0]]);
-    down.add(toRow(index, columns), direction[axes[2]] / direction[axes[0]]);
+    const std::size_t row = index / columns;
+    across.add(static_cast<double>(index % columns), direction[axes[1]] / direction[axes[0]]);
+    down.add(static_cast<double>(row), direction[axes[2]] / direction[axes[0]]);
   }
   if (!(across.sxx() > 0.0 && down.sxx() > 0.0)) return std::nullopt;
   model.column_step = across.slope();

@@ -119,8 +119,8 @@ void ScanUpdater::addByColumns(const Scan& scan, const float* margins) {
   for (Share& share : shares_) {
     for (auto& part : share.faces) part.clear();
   }
-  sortIntoFaces(source, returnsOf(scan, margins), 0, faces);
-  sortIntoFaces(source, noReturnsOf(scan, margins), scan.points.size(), faces);
+  sortIntoFaces(source, beamsOf(scan, BeamKind::kReturn, margins), 0, faces);
+  sortIntoFaces(source, beamsOf(scan, BeamKind::kNoReturn, margins), scan.points.size(), faces);
   parallelFor(kNumFaces, numThreads(), [&](std::size_t face) {
     std::vector<FaceBeam>& beams = shares_.front().faces[face];
     for (std::size_t i = 1; i < shares_.size(); ++i) {

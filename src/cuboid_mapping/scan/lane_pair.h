@@ -17,24 +17,23 @@ struct LanePair {
   LanePair(const HalfT& low_half, const HalfT& high_half) : low(low_half), high(high_half) {}
   LanePair(Lane lane) : low(HalfT{} + lane), high(low) {}
 
-  friend LanePair operator+(const LanePair& a, const LanePair& b) {
-    return {a.low + b.low, a.high + b.high};
+#define CUBOID_MAPPING_LANE_OPERATOR(op)                          \
+  friend auto operator op(const LanePair& a, const LanePair& b) { \
+    return pairOf(a.low op b.low, a.high op b.high);              \
   }
-  friend LanePair operator-(const LanePair& a, const LanePair& b) {
-    return {a.low - b.low, a.high - b.high};
-  }
-  friend LanePair operator*(const LanePair& a, const LanePair& b) {
-    return {a.low * b.low, a.high * b.high};
-  }
-  friend LanePair operator&(const LanePair& a, const LanePair& b) {
-    return {a.low & b.low, a.high & b.high};
-  }
-  friend LanePair operator|(const LanePair& a, const LanePair& b) {
-    return {a.low | b.low, a.high | b.high};
-  }
-  friend LanePair operator^(const LanePair& a, const LanePair& b) {
-    return {a.low ^ b.low, a.high ^ b.high};
-  }
+  CUBOID_MAPPING_LANE_OPERATOR(+)
+  CUBOID_MAPPING_LANE_OPERATOR(-)
+  CUBOID_MAPPING_LANE_OPERATOR(*)
+  CUBOID_MAPPING_LANE_OPERATOR(&)
+  CUBOID_MAPPING_LANE_OPERATOR(|)
+  CUBOID_MAPPING_LANE_OPERATOR(^)
+  CUBOID_MAPPING_LANE_OPERATOR(<)
+  CUBOID_MAPPING_LANE_OPERATOR(>)
+  CUBOID_MAPPING_LANE_OPERATOR(<=)
+  CUBOID_MAPPING_LANE_OPERATOR(==)
+  CUBOID_MAPPING_LANE_OPERATOR(!=)
+#undef CUBOID_MAPPING_LANE_OPERATOR
+
   friend LanePair operator<<(const LanePair& a, int bits) {
     return {a.low << bits, a.high << bits};
   }
@@ -45,23 +44,6 @@ struct LanePair {
   LanePair& operator&=(const LanePair& other) { return *this = *this & other; }
   LanePair& operator|=(const LanePair& other) { return *this = *this | other; }
 
-  friend auto operator<(const LanePair& a, const LanePair& b) {
-    return pairOf(a.low < b.low, a.high < b.high);
-  }
-  friend auto operator>(const LanePair& a, const LanePair& b) {
-    return pairOf(a.low > b.low, a.high > b.high);
-  }
-  friend auto operator<=(const LanePair& a, const LanePair& b) {
-    return pairOf(a.low <= b.low, a.high <= b.high);
-  }
-  friend auto operator==(const LanePair& a, const LanePair& b) {
-    return pairOf(a.low == b.low, a.high == b.high);
-  }
-  friend auto operator!=(const LanePair& a, const LanePair& b) {
-    return pairOf(a.low != b.low, a.high != b.high);
-  }
-
- private:
   template <typename FlagsT>
   static LanePair<FlagsT> pairOf(const FlagsT& low_half, const FlagsT& high_half) {
     return {low_half, high_half};

@@ -176,19 +176,13 @@ void ScanUpdater::addBeams(const BeamSource& source, const Beams& beams, Share& 
   }
 }
 
-ScanUpdater::Beams ScanUpdater::returnsOf(const Scan& scan, const float* margins) {
-  return {scan.points.data(), margins, scan.points.size(), BeamKind::kReturn};
-}
-
-ScanUpdater::Beams ScanUpdater::noReturnsOf(const Scan& scan, const float* margins) {
-  const std::size_t num_ends = scan.points.size() + scan.open_ends.size();
-  return {scan.no_returns.data(), margins == nullptr ? nullptr : margins + num_ends,
-          scan.no_returns.size(), BeamKind::kNoReturn};
-}
-
-ScanUpdater::Beams ScanUpdater::openEndsOf(const Scan& scan, const float* margins) {
-  return {scan.open_ends.data(), margins == nullptr ? nullptr : margins + scan.points.size(),
-          scan.open_ends.size(), BeamKind::kOpenEnd};
+ScanUpdater::Beams ScanUpdater::beamsOf(const Scan& scan, BeamKind kind, const float* margins) {
+  const auto& ends = kind == BeamKind::kReturn     ? scan.points
+                     : kind == BeamKind::kNoReturn ? scan.no_returns
+                                                   : scan.open_ends;
+  std::size_t num_before = kind == BeamKind::kReturn ? 0 : scan.points.size();
+  if (kind == BeamKind::kNoReturn) num_before += scan.open_ends.size();
+  return {ends.data(), margins == nullptr ? nullptr : margins + num_before, ends.size(), kind};
 }
 
 void ScanUpdater::addFreePoints(const RayOrigin& ray_origin,
@@ -218,10 +212,10 @@ void ScanUpdater::addScan(const Scan& scan, const float* margins, bool by_column
     addBeams(source, beams.part(first, beams.count * (part + 1) / num_parts), share);
   };
   if (!by_columns) {
-    add_part(returnsOf(scan, margins));
-    add_part(noReturnsOf(scan, margins));
+    add_part(beamsOf(scan, BeamKind::kReturn, margins));
+    add_part(beamsOf(scan, BeamKind::kNoReturn, margins));
   }
-  add_part(openEndsOf(scan, margins));
+  add_part(beamsOf(scan, BeamKind::kOpenEnd, margins));
 }
 
 void ScanUpdater::Share::clear() {

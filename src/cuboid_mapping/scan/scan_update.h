@@ -149,9 +149,7 @@ class ScanUpdater {
   void addBeams(const BeamSource& source, const Beams& beams, Share& share) const;
   /// @param margins  Of the scan, see SurfaceMargins; null: none.
   ///@{
-  [[nodiscard]] static Beams returnsOf(const Scan& scan, const float* margins);
-  [[nodiscard]] static Beams noReturnsOf(const Scan& scan, const float* margins);
-  [[nodiscard]] static Beams openEndsOf(const Scan& scan, const float* margins);
+  [[nodiscard]] static Beams beamsOf(const Scan& scan, BeamKind kind, const float* margins);
   [[nodiscard]] bool usesColumns(const Scan& scan, const float* margins) const;
   /// Adds the returns and no-returns of a scan.
   void addByColumns(const Scan& scan, const float* margins);
