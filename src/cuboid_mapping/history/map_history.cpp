@@ -177,11 +177,12 @@ struct MapHistory::Implementation {
     return PoseTrack(std::move(poses));
   }
 
-  /// Takes the next event that a correction lacks. @param packed  Empty for an edit.
-  /// @return Number of all events; 0: it lacks none.
-  std::size_t takeNext(const MapCorrection::Implementation& correction, HistoryEvent& event,
-                       std::string& packed) const {
-    const std::lock_guard<std::recursive_mutex> lock(mutex);
+  /// Takes the next event that a correction lacks. @param is_locked  The caller holds the mutex.
+  /// @param packed  Empty for an edit. @return Number of all events; 0: it lacks none.
+  std::size_t takeNext(const MapCorrection::Implementation& correction, bool is_locked,
+                       HistoryEvent& event, std::string& packed) const {
+    std::unique_lock<std::mutex> lock(mutex, std::defer_lock);
+    if (!is_locked) lock.lock();
     if (correction.start != start) {
       throw std::runtime_error("the whole map was replaced meanwhile, by another call: call again");
     }
@@ -193,7 +194,23 @@ struct MapHistory::Implementation {
     return events.size();
   }
 
-  mutable std::recursive_mutex mutex;  ///< Recursive for finish().
+  /// Puts the events that a correction lacks into its map. @return Number of them.
+  std::size_t catchUp(MapCorrection::Implementation& made, bool is_locked,
+                      const ProgressListener& listener) const {
+    CloudReplay replay(made.map);
+    HistoryEvent event;
+    std::string packed;
+    std::size_t count = 0;
+    while (const std::size_t num_events = takeNext(made, is_locked, event, packed)) {
+      made.put(event, packed, clouds.step_m(), replay);
+      ++count;
+      if (listener) listener(made.poses.size(), num_events);
+    }
+    replay.wait();
+    return count;
+  }
+
+  mutable std::mutex mutex;
   HistoryLimits limits;
   CuboidMap base;  ///< The initial map with the fixed clouds.
   KeptClouds clouds;
@@ -221,7 +238,7 @@ void MapHistory::restart(const CuboidMap& map) {
   Implementation& own = *implementation_;
   CuboidMap base = copyOf(map);
   std::vector<CellBox> locked = base.lockedBoxes();
-  const std::lock_guard<std::recursive_mutex> lock(own.mutex);
+  const std::lock_guard<std::mutex> lock(own.mutex);
   own.clouds.clear();
   own.num_fixed += own.num_clouds;
   own.first += own.events.size();
@@ -238,7 +255,7 @@ void MapHistory::add(const KeptCloud& cloud, const ObservationConfig& config) {
   check(config);
   (void)PoseTrack({{cloud.stamp_ns, cloud.T_map_body}});  // Begins every correction.
   Implementation& own = *implementation_;
-  const std::lock_guard<std::recursive_mutex> lock(own.mutex);
+  const std::lock_guard<std::mutex> lock(own.mutex);
   HistoryEvent event;
   event.config = own.share(config);
   event.pose = {cloud.stamp_ns, cloud.T_map_body};
@@ -255,18 +272,18 @@ void MapHistory::addEdit(const CellBox& box, const CuboidMap& map, const CellBox
   event.whole = whole.isEmpty() ? box : whole;
   event.bricks = map.voxels().copyIn(box);
   event.locked = map.lockedBoxes();
-  const std::lock_guard<std::recursive_mutex> lock(implementation_->mutex);
+  const std::lock_guard<std::mutex> lock(implementation_->mutex);
   implementation_->addEdit(std::move(event));
 }
 
 std::uint64_t MapHistory::numAdded() const {
-  const std::lock_guard<std::recursive_mutex> lock(implementation_->mutex);
+  const std::lock_guard<std::mutex> lock(implementation_->mutex);
   return implementation_->first + implementation_->events.size();
 }
 
 void MapHistory::dropEdits(std::uint64_t num_before, std::uint64_t count) {
   Implementation& own = *implementation_;
-  const std::lock_guard<std::recursive_mutex> lock(own.mutex);
+  const std::lock_guard<std::mutex> lock(own.mutex);
   const bool are_last =
       num_before >= own.first && num_before + count == own.first + own.events.size();
   if (!are_last || own.hold.use_count() > 1) return;
@@ -277,14 +294,14 @@ void MapHistory::dropEdits(std::uint64_t num_before, std::uint64_t count) {
 
 HistoryFigures MapHistory::figures() const {
   const Implementation& own = *implementation_;
-  const std::lock_guard<std::recursive_mutex> lock(own.mutex);
+  const std::lock_guard<std::mutex> lock(own.mutex);
   return {own.num_clouds, own.num_bytes, own.num_points, own.num_fixed};
 }
 
 std::optional<double> MapHistory::findShift_m(const PoseTrack& poses, double distance_m) const {
   if (!(distance_m >= 0.0)) throw std::invalid_argument("a distance must be a number >= 0");
   const Implementation& own = *implementation_;
-  const std::lock_guard<std::recursive_mutex> lock(own.mutex);
+  const std::lock_guard<std::mutex> lock(own.mutex);
   std::optional<double> shift_m;
   if (own.num_clouds == 0) return shift_m;
   const auto gap_motions = findGapMotions(own.oldTrack(), poses);
@@ -303,7 +320,7 @@ MapCorrection MapHistory::begin(const PoseTrack& poses, const CorrectionRule& ru
     throw std::invalid_argument("the tolerance must be a number >= 0, in metres");
   }
   Implementation& own = *implementation_;
-  const std::lock_guard<std::recursive_mutex> lock(own.mutex);
+  const std::lock_guard<std::mutex> lock(own.mutex);
   const PoseTrack old = own.oldTrack();
   const auto is_inside = [&](const HistoryEvent& event) {
     return event.isCloud() && poses.covers(event.pose.stamp_ns);
@@ -339,26 +356,15 @@ MapCorrection MapHistory::correct(const PoseTrack& poses, const CorrectionRule& 
 }
 
 std::size_t MapHistory::catchUp(MapCorrection& correction, const ProgressListener& listener) {
-  MapCorrection::Implementation& made = *correction.implementation_;
-  CloudReplay replay(made.map);
-  HistoryEvent event;
-  std::string packed;
-  std::size_t count = 0;
-  while (const std::size_t num_events = implementation_->takeNext(made, event, packed)) {
-    made.put(event, packed, implementation_->clouds.step_m(), replay);
-    ++count;
-    if (listener) listener(made.poses.size(), num_events);
-  }
-  replay.wait();
-  return count;
+  return implementation_->catchUp(*correction.implementation_, false, listener);
 }
 
 void MapHistory::finish(MapCorrection& correction) {
   Implementation& own = *implementation_;
-  catchUp(correction);
-  const std::lock_guard<std::recursive_mutex> lock(own.mutex);
-  catchUp(correction);  // Others may have added some more.
   MapCorrection::Implementation& made = *correction.implementation_;
+  own.catchUp(made, false, {});
+  const std::lock_guard<std::mutex> lock(own.mutex);
+  own.catchUp(made, true, {});  // Others may have added some more.
   std::vector<CellBox> locked = made.map.lockedBoxes();
   for (std::size_t i = 0; i < own.events.size(); ++i) {  // Nothing throws from here on.
     if (own.events[i].isCloud()) own.events[i].pose.T_map_body = made.poses[i];
