@@ -122,12 +122,12 @@ TEST_F(RobotMergerTest, NamesTheRobotWhoseClockIsBehind) {
 }
 
 TEST_F(RobotMergerTest, NamesEachRobotWhoseObservationsAreRefused) {
-  parameters_.fleet.robots = {"/coarse", "/elsewhere"};
+  parameters_.robots = {"/coarse", "/elsewhere"};
   GuardedMap map(parameters_.map);
   RobotMerger merger(nh_, nh_, parameters_, map, {[] { return false; }, [](const auto&, bool) {}});
   std::vector<ros::Publisher> publishers;
   LogProbe log;
-  for (const std::string& robot : parameters_.fleet.robots) {
+  for (const std::string& robot : parameters_.robots) {
     publishers.push_back(ros::NodeHandle().advertise<Observation>(robot + "/observations", 10));
     ASSERT_TRUE(waitFor([&] { return publishers.back().getNumSubscribers() > 0; }));
   }
