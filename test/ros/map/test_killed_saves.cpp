@@ -54,7 +54,7 @@ TEST(MapStorage, startsFromAStoreThatWasMadeWhenItsNodeWasKilled) {
   NodeParameters parameters;
   parameters.map = makeConfig();
   parameters.robots = {"/robot1"};
-  const int window_us =
+  int window_us =
       findKillWindow([&] { ASSERT_EQ(saveMap(map, "map", folder / "first.sqlite").error, ""); });
   int num_made = 0;
   for (int kills = 0; kills < 60; ++kills) {
@@ -66,6 +66,7 @@ TEST(MapStorage, startsFromAStoreThatWasMadeWhenItsNodeWasKilled) {
     }));
     const auto found = readStartMap(findStartMap(parameters), parameters);
     num_made += found ? 1 : 0;
+    if (kills % 20 == 19 && num_made == 0) window_us *= 2;  // The machine is busy.
     if (found) {
       ASSERT_EQ(cuboid_mapping::test::voxelsOf(found->bricks), voxels);
     }
@@ -84,7 +85,7 @@ TEST(MapStorage, leavesAWholeFileWhateverKillsIt) {
   Random random(97);
   GuardedMap map(makeConfig());
   fill(map, random);
-  const int window_us = findKillWindow([&] { ASSERT_EQ(saveMap(map, "map", file).error, ""); });
+  int window_us = findKillWindow([&] { ASSERT_EQ(saveMap(map, "map", file).error, ""); });
   GuardedMap other(makeConfig());
   fill(other, random);
   const auto first = voxelsOf(map);
@@ -103,6 +104,7 @@ TEST(MapStorage, leavesAWholeFileWhateverKillsIt) {
     ASSERT_TRUE(found == first || found == second)
         << cuboid_mapping::test::seedNote(static_cast<std::size_t>(kills));
     num_first += found == first ? 1 : 0;
+    if (kills % 20 == 19 && num_first == kills + 1) window_us *= 2;  // The machine is busy.
   }
   EXPECT_GT(num_first, 0);
   EXPECT_LT(num_first, 200) << "some kills came after a save";
