@@ -4,6 +4,7 @@
 
 #include "cuboid_mapping/io/octree_stream.h"
 #include "cuboid_mapping/map/map_snapshot.h"
+#include "cuboid_mapping/ros/middleware/core_names.h"
 
 #include <octomap_msgs/Octomap.h>
 #include <sensor_msgs/PointCloud2.h>

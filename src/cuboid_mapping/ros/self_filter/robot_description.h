@@ -3,6 +3,7 @@
 #pragma once
 
 #include "cuboid_mapping/geometry/grid.h"
+#include "cuboid_mapping/ros/middleware/core_names.h"
 
 #include <Eigen/Core>
 
