@@ -27,8 +27,8 @@ inline XmlRpcValue makeList() {
 struct Case {
   std::string key;
   XmlRpcValue good;
-  std::function<bool(const NodeParameters&)>
-      arrives;  ///< Null for features, whose tests look at their structs.
+  /// Null for the struct of a feature, at which the test in its folder looks.
+  std::function<bool(const NodeParameters&)> arrives;
   std::vector<XmlRpcValue> bad;
 };
 

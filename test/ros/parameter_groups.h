@@ -5,6 +5,7 @@
 #include "cuboid_mapping/ros/parameters/parameters.h"
 
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -26,6 +27,17 @@ inline XmlRpcValue makeGroup(const std::vector<std::pair<std::string, XmlRpcValu
   XmlRpcValue group;
   for (const auto& [key, value] : values) set(group, key, value);
   return group;
+}
+
+/// What values of the parameter server become in the struct of a feature, or of a step of the only source.
+template <typename T>
+T readInto(const std::vector<std::pair<std::string, XmlRpcValue>>& values) {
+  const NodeParameters parameters = readParameters(makeGroup(values)).parameters;
+  if constexpr (std::is_base_of_v<StepParameters, T>) {
+    return parameters.source.of<T>();
+  } else {
+    return parameters.of<T>();
+  }
 }
 
 inline std::vector<std::string> keysOf(const std::vector<ParameterError>& errors) {

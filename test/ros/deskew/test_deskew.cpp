@@ -6,6 +6,7 @@
 #include "cuboid_mapping/ros/mapping/sensor_input.h"
 #include "ros/cloud_messages.h"
 #include "ros/known_parameters.h"
+#include "ros/parameter_groups.h"
 #include "support/random.h"
 #include "support/snapshots.h"
 
@@ -293,6 +294,12 @@ class MovingSensor : public ::testing::Test {
   TfBuffer tf_;
   std::optional<CloudError> error_;
 };
+
+TEST(DeskewParameters, Arrive) {
+  const auto read = readInto<DeskewParameters>({{"deskew", true}, {"time_unit", 1e-6}});
+  EXPECT_TRUE(read.is_on);
+  EXPECT_EQ(read.time_unit_s, 1e-6);
+}
 
 TEST_F(MovingSensor, SeesAStraightWallInACloud) {
   const Times times_s = sweep(400);

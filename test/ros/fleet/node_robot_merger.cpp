@@ -3,11 +3,13 @@
 #include "cuboid_mapping/GetObservations.h"
 #include "cuboid_mapping/Observation.h"
 #include "cuboid_mapping/io/scan_update_codec.h"
+#include "cuboid_mapping/ros/fleet/observation_publisher.h"
 #include "cuboid_mapping/ros/fleet/robot_merger.h"
 #include "cuboid_mapping/ros/middleware/callback_guard.h"
 #include "cuboid_mapping/ros/middleware/service_calls.h"
 #include "ros/log_probe.h"
 #include "ros/node_probe.h"
+#include "ros/parameter_groups.h"
 
 #include <ros/callback_queue.h>
 
@@ -57,6 +59,14 @@ class RobotMergerTest : public ::testing::Test {
   const ros::NodeHandle nh_ = withQueue(ros::NodeHandle(), queue_);
   NodeParameters parameters_;
 };
+
+TEST_F(RobotMergerTest, GetsTheParametersOfAFleet) {
+  EXPECT_EQ(readInto<MergeParameters>({{"merge/delay", 5.0}}).delay_s, 5.0);
+  const auto read =
+      readInto<ObservationParameters>({{"observation_rate", 250.0}, {"observation_memory", 100}});
+  EXPECT_EQ(read.max_kb_s, 250.0);
+  EXPECT_EQ(read.memory_mb, 100);
+}
 
 TEST_F(RobotMergerTest, PutsTheOthersIntoTheMapWhenOneFails) {
   parameters_.robots = {"/alone"};

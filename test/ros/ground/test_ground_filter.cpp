@@ -5,6 +5,7 @@
 #include "cuboid_mapping/rtree/traversal.h"
 #include "ros/cloud_messages.h"
 #include "ros/node_probe.h"
+#include "ros/parameter_groups.h"
 #include "support/snapshots.h"
 
 #include <gtest/gtest.h>
@@ -32,6 +33,15 @@ std::vector<Eigen::Vector3d> makeScene(Random& random) {
     points.emplace_back(5.05 + noise(), random.real(-3, 3), random.real(0.2, 2));
   }
   return points;
+}
+
+TEST(GroundFilter, getsItsParameters) {
+  const auto read = readInto<GroundFilterConfig>({{"ground_filter/distance", 0.1},
+                                                  {"ground_filter/angle", 0.2},
+                                                  {"ground_filter/plane_distance", 0.3}});
+  EXPECT_EQ(read.distance_m, 0.1);
+  EXPECT_EQ(read.angle_rad, 0.2);
+  EXPECT_EQ(read.plane_distance_m, 0.3);
 }
 
 TEST(GroundFilter, findsTheFloorAndNotTheTable) {

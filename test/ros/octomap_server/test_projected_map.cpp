@@ -4,6 +4,7 @@
 
 #include "cuboid_mapping/ros/middleware/grid_publisher.h"
 #include "ros/octomap_server/boxes_map.h"
+#include "ros/parameter_groups.h"
 #include "support/snapshots.h"
 
 #include <gtest/gtest.h>
@@ -23,6 +24,19 @@ using cuboid_mapping::Occupancy;
 using cuboid_mapping::UniformBox;
 using cuboid_mapping::test::Random;
 using cuboid_mapping::test::seedNote;
+
+TEST(OctomapServerParameters, arrive) {
+  const auto read = readInto<OctomapServerParameters>({{"occupancy_min_z", -1.5},
+                                                       {"occupancy_max_z", 2.5},
+                                                       {"min_x_size", 10.0},
+                                                       {"min_y_size", 20.0},
+                                                       {"filter_speckles", true}});
+  EXPECT_EQ(read.occupancy_min_z_m, -1.5);
+  EXPECT_EQ(read.occupancy_max_z_m, 2.5);
+  EXPECT_EQ(read.min_x_size_m, 10.0);
+  EXPECT_EQ(read.min_y_size_m, 20.0);
+  EXPECT_TRUE(read.filter_speckles);
+}
 
 nav_msgs::OccupancyGrid gridOf(const ProjectedMap& projection) {
   FarTiles far;

@@ -7,6 +7,7 @@
 #include "cuboid_mapping/ros/self_filter/robot_description.h"
 #include "ros/cloud_messages.h"
 #include "ros/node_probe.h"
+#include "ros/parameter_groups.h"
 #include "support/random_shapes.h"
 #include "tools/run_program.h"
 
@@ -204,6 +205,29 @@ TEST_F(RobotDescriptionTest, WhatCannotBeReadIsSaid) {
   EXPECT_EQ(error_of(makeUrdf(makeLink("<mesh filename='file:///none.stl'/>"))),
             "link a of the robot has a mesh that cannot be read: file:///none.stl; correct it, or "
             "ignore the link");
+}
+
+TEST(SelfFilterParameters, Arrive) {
+  XmlRpcValue boxes;
+  boxes[0]["frame"] = "/base";
+  for (int axis = 0; axis < 3; ++axis) {
+    boxes[0]["min"][axis] = axis == 2 ? 0.25 : -1.0;
+    boxes[0]["max"][axis] = 0.5;
+  }
+  const auto read =
+      readInto<SelfFilterParameters>({{"self_filter/boxes", boxes},
+                                      {"self_filter/robot_description", "robot_description"},
+                                      {"self_filter/padding", 0.1},
+                                      {"self_filter/ignored_links", "left_wheel right_wheel"},
+                                      {"self_filter/keep_free", false}});
+  ASSERT_EQ(read.boxes.size(), 1U);
+  EXPECT_EQ(read.boxes[0].frame_id, "base");
+  EXPECT_EQ(read.boxes[0].exact.bounds.min_m, Eigen::Vector3d(-1.0, -1.0, 0.25));
+  EXPECT_EQ(read.boxes[0].padded.bounds.max_m, Eigen::Vector3d(0.5, 0.5, 0.5));
+  EXPECT_EQ(read.robot_description, "robot_description");
+  EXPECT_EQ(read.padding_m, 0.1);
+  EXPECT_EQ(read.ignored_links, "left_wheel right_wheel");
+  EXPECT_FALSE(read.keep_free);
 }
 
 TEST_F(RobotDescriptionTest, MayBeAFile) {

@@ -2,6 +2,7 @@
 #include "cuboid_mapping/ros/start/start_volume.h"
 
 #include "cuboid_mapping/scan/scan_filter.h"
+#include "ros/parameter_groups.h"
 
 #include <gtest/gtest.h>
 
@@ -53,6 +54,11 @@ TEST(StartVolume, FreesWhatIsUnknownInTheTurnedBoxAndNothingElse) {
   const auto revision = map.revision();
   freeUnknown(map, T_map_base, kStartBox);
   EXPECT_EQ(map.revision(), revision) << "nothing is unknown any more";
+}
+
+TEST(StartVolume, GetsItsParameter) {
+  const std::string box = "-0.6 -0.6 0 0.6 0.6 0.8";
+  EXPECT_EQ(readInto<StartParameters>({{"start_free", box}}).box, box);
 }
 
 TEST(StartVolume, RefusesABoxOfTooManyVoxels) {
