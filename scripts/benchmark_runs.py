@@ -24,7 +24,7 @@ class Run:
     def __init__(self, dataset, resolution, repeat=REPETITIONS, **options):
         self.dataset = dataset
         self.resolution = resolution
-        self.repeat = repeat  # Not in the name: reports of fewer repetitions serve as well.
+        self.repeat = repeat  # Not in the name: reports of more repetitions serve as well.
         self.options = options
 
     @property

@@ -190,6 +190,18 @@ class ProcessesTest(unittest.TestCase):
                                      *2 * ['4.50 (2.00 to 7.00)']]])
 
 
+class RunAgainTest(unittest.TestCase):
+
+    def test_a_report_of_fewer_repetitions_is_made_anew(self):
+        is_there = runpy.run_path(str(ROOT / 'scripts/benchmark'))['is_there']
+        with tempfile.TemporaryDirectory() as folder:
+            report = pathlib.Path(folder) / 'sim_fr079-resolution_0.1.json'
+            self.assertFalse(is_there(report, 1))
+            report.write_text(json.dumps({'repeat': 1}))
+            self.assertTrue(is_there(report, 1))
+            self.assertFalse(is_there(report, 3))
+
+
 class MissingDataTest(unittest.TestCase):
 
     def test_a_data_set_that_is_missing_fails_its_runs(self):
