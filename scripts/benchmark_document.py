@@ -89,11 +89,7 @@ def speed(report, peer, time_of):
 
 
 def machine_block(reports):
-    return describe_machines(reports.by_name.values())
-
-
-def describe_machines(reports):
-    machines = {json.dumps(report['machine'], sort_keys=True) for report in reports}
+    machines = {json.dumps(report['machine'], sort_keys=True) for report in reports.by_name.values()}
     lines = []
     for machine in map(json.loads, sorted(machines)):
         lines.append(f"{machine['cpu']}, {machine['cores']} cores; {machine['compiler']}, "
@@ -193,8 +189,7 @@ def agreement_block(reports):
 
 
 def other_maps_block(reports):
-    """The maps that took part, but for octomap_lazy and ohm_rays, where this one gains most and least; it ends with the machine,
-    which may be another than the page's."""
+    """The maps that took part, but for octomap_lazy and ohm_rays, where this one gains most and least."""
     shown = ((KITTI, 0.2), (RGBD, 0.05))
     found = [report for report in reports.of(other_maps()) if (report['dataset'], report['resolution_m']) in shown]
 
@@ -219,8 +214,7 @@ def other_maps_block(reports):
             rows.append([title_of(report), title, f'{cpu_s(figures):.3g} s', '-' if is_own else speed(report, name, cpu_s),
                          '-' if is_own else share_that_differs(report['agreement'][name]), f"{figures['bytes_heap'] / 1e6:.1f} MB",
                          '-' if is_own else '/'.join(median_speed(report, name, time_of) for time_of in asked)])
-    return with_machines(['data set', 'map', 'insertion', 'times', 'voxels that differ', 'heap',
-                          'visit/points/boxes/rays'], rows, found)
+    return table(['data set', 'map', 'insertion', 'times', 'voxels that differ', 'heap', 'visit/points/boxes/rays'], rows)
 
 
 def share_that_differs(agreement):
@@ -265,20 +259,19 @@ SCALED = {'insertion of a cloud, CPU': lambda r, f: f['insert_cpu_s'] / r['cloud
 
 
 def scaling_block(reports):
-    """Exponents of each figure, of this map and of OctoMap, over what is varied; it ends with the machine."""
-    rows, used = [], []
+    """Exponents of each figure, of this map and of OctoMap, over what is varied."""
+    rows = []
     for varied, runs in scaling(is_large=True):
         found = sorted(reports.of(runs), key=VARIED[varied])
         if len(found) < 2:
             continue
-        used += found
         names = [name for name in ('cuboid_mapping', 'octomap') if all(name in report for report in found)]
         ends = [f'{VARIED[varied](report):,.3g}' for report in (found[0], found[-1])]
         data = title_of(found[-1]) if varied != '1 / edge of a voxel' else SHORT_NAMES[found[-1]['dataset']]
         rows.append([varied, data, f'{ends[0]} to {ends[1]}, {len(found)}',
                      *(' / '.join(exponent([(VARIED[varied](report), figure(report, report[name])) for report in found]).split(' ±')[0]
                                 for name in names) for figure in SCALED.values())])
-    return with_machines(['varied', 'data set', 'from, to, runs', *SCALED], rows, used)
+    return table(['varied', 'data set', 'from, to, runs', *SCALED], rows)
 
 
 def median_interval(values):
@@ -306,36 +299,37 @@ RATIOS = {'insertion': lambda f: f['insert_cpu_s'], 'heap': lambda f: f['bytes_h
 
 
 def processes_block(reports):
-    """Ratios of each process, over OctoMap with the interval / over OpenVDB; it ends with the machine, which may be another than the page's."""
-    rows, used = [], [report for report in reports.by_name.values() if report.get('shuffle')]
+    """Ratios of each process, over OctoMap with the interval / over OpenVDB."""
+    rows = []
     for headline in HEADLINES:
-        found = [report for report in used if (report['dataset'], report['resolution_m']) == headline]
+        found = [report for report in reports.by_name.values()
+                 if report.get('shuffle') and (report['dataset'], report['resolution_m']) == headline]
         of_peers = [[report for report in found if peer in report] for peer in PEERS]
         if found:
             rows.append([title_of(found[0]), ' / '.join(f'{len(of_peer)}' for of_peer in of_peers if of_peer), *(
                 ' / '.join(say([figure(report[peer]) / figure(report['cuboid_mapping']) for report in of_peer])
                            for say, peer, of_peer in zip((median_with_interval, lambda ratios: times(statistics.median(ratios))), PEERS, of_peers)
                            if of_peer) for figure in RATIOS.values())])
-    return with_machines(['data set', 'processes', *RATIOS], rows, used)
+    return table(['data set', 'processes', *RATIOS], rows)
 
 
 def samples_block(reports):
-    rows, used = [], reports.of(sampled_clouds())
-    for report in used:
+    rows = []
+    for report in reports.of(sampled_clouds()):
         samples = report['cuboid_mapping']['cloud_samples']
         ms = samples['cpu_ms']
         rows.append([title_of(report), f"{samples['count']:,}", *(f'{ms[key]:.3g} ms' for key in ('p50', 'p99', 'p99_9', 'max'))])
-    return with_machines(['data set', 'clouds timed', 'CPU: p50', 'p99', 'p99.9', 'greatest'], rows, used)
+    return table(['data set', 'clouds timed', 'CPU: p50', 'p99', 'p99.9', 'greatest'], rows)
 
 
 def spacing_block(reports):
-    found = [(frames, reports.get(run)) for frames, run in spacings() if reports.get(run) and run.dataset.split('_every_')[0] in (KITTI, RGBD)]
     rows = []
-    for frames, report in found:
+    for frames, run in spacings():
+        if not (report := reports.get(run)):
+            continue
         rows.append([title_of(report), f'{frames}', f"{report['clouds']}",
                      *(gain(report, 'octomap', figure) for figure in (lambda f: f['cells'], lambda f: f['bytes_heap'], lambda f: f['insert_cpu_s']))])
-    return with_machines(['data set', 'one frame of', 'clouds', "times in OctoMap's cells", 'heap', 'insertion'], rows,
-                         [report for _, report in found])
+    return table(['data set', 'one frame of', 'clouds', "times in OctoMap's cells", 'heap', 'insertion'], rows)
 
 
 def nodes_block():
@@ -345,24 +339,15 @@ def nodes_block():
                           check=True, capture_output=True, text=True).stdout.strip()
 
 
-def with_machines(head, rows, reports):
-    return f'{table(head, rows)}\n\n{describe_machines(reports)}' if rows else 'Not measured.'
-
-
 # ---- The document -----------------------------------------------------------------------------
 
 
-OF_OTHER_COMMITS = {'peers': other_maps_block, 'scaling': scaling_block, 'processes': processes_block, 'samples': samples_block,
-                    'spacing': spacing_block}
-
-
-def write_document(reports, others, document):
-    """@param others  Lists of reports by tables that may be of other commits (OF_OTHER_COMMITS): a table of each."""
+def write_document(reports, document):
     blocks = {'machine': machine_block, 'insertion': insertion_block, 'variants': variants_block,
               'memory': memory_block, 'queries': queries_block, 'agreement': agreement_block,
-              'growth': growth_block}
+              'growth': growth_block, 'peers': other_maps_block, 'scaling': scaling_block, 'processes': processes_block,
+              'samples': samples_block, 'spacing': spacing_block}
     texts = {name: make(reports) for name, make in blocks.items()}
-    texts.update({name: '\n\n'.join(map(make, others[name])) for name, make in OF_OTHER_COMMITS.items()})
     texts['nodes'] = nodes_block()
     texts.update(draw_plots(reports, document.parent / document.stem))
     fill_blocks(document, texts)

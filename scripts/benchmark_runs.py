@@ -122,8 +122,8 @@ def finer_sets(dataset):
 
 
 def spacings():
-    """Of a headline of each recording, with more and with fewer of its frames: (one frame of so many, run)."""
-    for dataset, resolution in (*HEADLINES[:3], HEADLINES[4]):
+    """Of a headline of each moving sensor, with more and with fewer of its frames: (one frame of so many, run)."""
+    for dataset, resolution in (HEADLINES[0], HEADLINES[4]):
         for frames, name in finer_sets(dataset):
             yield frames, Run(name, resolution, 1)
         for every in (1, 2, 4) if dataset != RGBD else (1,):

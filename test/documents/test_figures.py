@@ -17,7 +17,7 @@ import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / 'scripts'))
-from benchmark_document import OF_OTHER_COMMITS, Reports, exponent, median_interval, processes_block  # noqa: E402
+from benchmark_document import Reports, exponent, median_interval, processes_block  # noqa: E402
 from benchmark_runs import HEADLINES, Run, all_runs, process_runs, scaling_runs  # noqa: E402
 
 
@@ -124,18 +124,9 @@ class KeptRunsTest(unittest.TestCase):
                            stdout=subprocess.DEVNULL)
             self.assertEqual([copy.read_text() for copy in copies], originals)
 
-    def test_performance_md_is_made_of_the_reports_that_it_names(self):
-        """Some tables may be of other commits, which stand below them."""
-        blocks = dict(re.findall(r'<!-- benchmark:begin (\w+) -->\n(.*?)<!-- benchmark:end -->',
-                                 ''.join((ROOT / 'doc' / page).read_text() for page in ('performance.md', 'tables/performance.md')),
-                                 re.DOTALL))
-        (commit,) = re.findall(r'commit `(\w+)`', blocks['machine'])
-        options = ['--commit', commit]
-        for name in OF_OTHER_COMMITS:
-            if blocks[name] != 'Not measured.\n':
-                for other_commit in re.findall(r'commit `(\w+)`', blocks[name]):
-                    options += [f'--{name}-commit', other_commit]
-        self.expect_document('performance', 'benchmark', '--only-document', '--results', ROOT / 'doc/performance', *options)
+    def test_performance_md_is_made_of_the_reports_of_the_commit_that_it_names(self):
+        (commit,) = re.findall(r'commit `(\w+)`', (ROOT / 'doc/performance.md').read_text())
+        self.expect_document('performance', 'benchmark', '--only-document', '--results', ROOT / 'doc/performance', '--commit', commit)
 
     def test_each_report_is_of_a_run(self):
         runs = {run.name for run in [*all_runs(is_quick=False), *scaling_runs(is_large=True)]}
