@@ -53,19 +53,21 @@ class PythonClientAloneTest(unittest.TestCase):
     def test_follows_only_the_node_that_it_is_given_by_the_topics_beside_it(self):
         rospy.wait_for_service('/cuboid_mapping/get_map', 30.0)
         image = rospy.ServiceProxy('/cuboid_mapping/get_map', GetMap)().map
-        remapped = {'/alone/cuboid_map': '/given/cuboid_map'}
-        for server, mappings in (('/given/node', {}), ('node', remapped)):
+        # A topic for each: rospy keeps the connection of the client before until it next writes to it.
+        for server, topic, mappings in (
+                ('/given/node', '/given/cuboid_map', {}),
+                ('node', '/elsewhere/cuboid_map', {'/alone/cuboid_map': '/elsewhere/cuboid_map'})):
             lines = []
             with mock.patch.object(rospy, 'logwarn_throttle', lambda period, text, said=lines: said.append(text)), \
                     mock.patch.dict(rospy.names._resolved_mappings, mappings), CuboidMapClient(server) as client:
-                publisher = rospy.Publisher('/given/cuboid_map', FullCuboidMap, queue_size=10)
+                publisher = rospy.Publisher(topic, FullCuboidMap, queue_size=10)
                 self.addCleanup(publisher.unregister)
                 self.assertTrue(wait_for(lambda each=publisher: each.get_num_connections() > 0))
                 named = rospy.resolve_name(server)
                 image.server, image.instance, image.revision = '/given/other', 3, 3
                 publisher.publish(image)
                 self.assertTrue(wait_for(lambda said=lines: said))
-                self.assertIn(f'ignored the map of /given/other on /given/cuboid_map: {named} is followed', lines[0])
+                self.assertIn(f'ignored the map of /given/other on {topic}: {named} is followed', lines[0])
                 self.assertEqual(client.instance, 0)
                 image.server = named
                 publisher.publish(image)
