@@ -37,6 +37,22 @@ TEST(FileReplacement, replacesAFileAndLeavesNothingElse) {
   EXPECT_EQ(folder.list(), std::vector<std::string>{"map.cuboids"});
 }
 
+TEST(FileReplacement, givesAFileAnotherVersion) {
+  const TemporaryFolder folder;
+  const std::string file = folder / "map.cuboids";
+  EXPECT_FALSE(versionOf(file));
+  replaceFile(file, "old");
+  const auto old = versionOf(file);
+  ASSERT_TRUE(old);
+  (void)readFile(file);
+  EXPECT_EQ(versionOf(file), old);
+  const auto fail = [](const std::string& /*partial*/) { throw std::bad_alloc(); };
+  EXPECT_THROW(replaceFile(file, fail), std::bad_alloc);
+  EXPECT_EQ(versionOf(file), old);
+  replaceFile(file, "newer");
+  EXPECT_FALSE(versionOf(file) == old);
+}
+
 TEST(FileReplacement, leavesTheOldFileWhenWritingFails) {
   const TemporaryFolder folder;
   const std::string file = folder / "map.cuboids";

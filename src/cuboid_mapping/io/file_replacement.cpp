@@ -197,6 +197,13 @@ void requireFile(const std::string& file) {
   if (::stat(file.c_str(), &status) == 0) requireRegular(status, "cannot open", file);
 }
 
+std::optional<FileVersion> versionOf(const std::string& file) {
+  struct stat status {};
+  if (::stat(file.c_str(), &status) != 0) return std::nullopt;
+  return FileVersion{static_cast<std::uint64_t>(status.st_size), status.st_mtim.tv_sec,
+                     status.st_mtim.tv_nsec};
+}
+
 void checkReplaceable(const std::string& file) {
   const std::string partial = replacementOf(file).partial;
   const Removal removal(partial);

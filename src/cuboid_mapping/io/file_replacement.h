@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -37,6 +38,21 @@ void replaceFile(const std::string& file, const std::function<void(const std::st
 /// Refuses a folder, a device or a pipe, which may be waited for for ever. Nothing happens if nothing is there.
 /// @throws MapFileError (kInaccessible)
 void requireFile(const std::string& file);
+
+/// The size of a file and the time of its last change. Another value after each replaceFile(), also of another program,
+/// unless it writes as many bytes within the same tick of the system's clock, some milliseconds.
+struct FileVersion {
+  std::uint64_t num_bytes = 0;
+  std::int64_t seconds = 0;
+  std::int64_t nanoseconds = 0;
+
+  friend bool operator==(const FileVersion& a, const FileVersion& b) {
+    return a.num_bytes == b.num_bytes && a.seconds == b.seconds && a.nanoseconds == b.nanoseconds;
+  }
+};
+
+/// Nothing if there is no file. Follows symbolic links.
+[[nodiscard]] std::optional<FileVersion> versionOf(const std::string& file);
 
 /// Whether replaceFile() could begin, for programs that work long before they write.
 /// @throws MapFileError (kInaccessible) as replaceFile() does. The file stays as it is.

@@ -126,6 +126,16 @@ TEST_P(NodeFiles, AreSavedAgainIfTheyWereRemoved) {
   EXPECT_EQ(numVoxelsIn(file), kVoxelsOfBox) << "though nothing has changed";
 }
 
+TEST_P(NodeFiles, AreSavedAgainIfAnotherMapIsThere) {
+  const std::string file = folder_ / "map.cuboids";
+  writeMapFile(file, makeBigMap(1, 4));
+  const double num_read = numVoxelsIn(file);
+  start({"_autosave_file:=" + file, "_autosave_period:=1.0"});
+  writeMapFile(file, makeBigMap(2, 4));
+  EXPECT_TRUE(waitFor([&] { return numVoxelsIn(folder_ / "map-2.cuboids") == num_read; }))
+      << "though nothing has changed";
+}
+
 TEST_P(NodeFiles, AreSavedAtTheEndWhateverSignalAsksForIt) {
   for (const int signal : {SIGTERM, SIGHUP}) {
     const std::string file = folder_ / ("map" + std::to_string(signal) + ".cuboids");
@@ -158,6 +168,46 @@ TEST_P(NodeFiles, GoOnWithTheMapOfTheRunBefore) {
   stop();
   EXPECT_EQ(cuboid_mapping::readMapFile(file).snapshot.locked.size(), 2U);
   EXPECT_EQ(folder_.list().size(), 1U);
+}
+
+TEST_P(NodeFiles, LeaveTheMapThatAnotherNodeSavedThere) {
+  for (const std::string ending : {".cuboids", ".sqlite"}) {
+    const std::string file = folder_ / ("map" + ending);
+    const std::string beside = folder_ / ("map-2" + ending);
+    for (const bool is_there : {false, true}) {  // When the node starts.
+      start({"_autosave_file:=" + file, "_autosave_period:=86400"});
+      setBox(-1);
+      writeMapFile(file, makeBigMap(1, 4));
+      const double num_of_other = numVoxelsIn(file);
+      stop();
+      EXPECT_EQ(numVoxelsIn(file), num_of_other) << ending << is_there;
+      EXPECT_EQ(numVoxelsIn(beside), kVoxelsOfBox + (is_there ? num_of_other : 0.0)) << ending;
+      std::filesystem::remove(beside);
+    }
+  }
+}
+
+TEST_P(NodeFiles, AreSavedToAFileThatTheUserSavesOrLoads) {
+  const std::string file = folder_ / "map.sqlite";
+  start({"_autosave_file:=" + file, "_autosave_period:=86400"});
+  setBox(1);
+  cuboid_mapping::SaveMap save;
+  save.request.filename = file;
+  ASSERT_TRUE(callService(std::string(kName) + "/save_map", save));
+  setBox(2);
+  stop();
+  EXPECT_EQ(numVoxelsIn(file), 2.0 * kVoxelsOfBox);
+  start({"_autosave_file:=" + file, "_autosave_period:=86400"});
+  writeMapFile(file, makeBigMap(1, 4));
+  const double num_of_other = numVoxelsIn(file);
+  LoadMap load;
+  load.request.filename = file;
+  ASSERT_TRUE(callService(std::string(kName) + "/load_map", load));
+  ASSERT_TRUE(load.response.info.success) << load.response.info.message;
+  setBox(-2);
+  stop();
+  EXPECT_EQ(numVoxelsIn(file), num_of_other + kVoxelsOfBox);
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "map-2.sqlite"));
 }
 
 TEST_P(NodeFiles, AreSavedAtTheEndAlthoughALongCallRuns) {

@@ -359,7 +359,7 @@ TEST(MapStorage, startsWithTheLastSaveAndOtherwiseWithMapFile) {
   const auto start = readStartMap(findStartMap(parameters), parameters);
   ASSERT_TRUE(start);
   EXPECT_EQ(cuboid_mapping::test::voxelsOf(start->bricks), voxelsOf(first));
-  EXPECT_FALSE(parameters.is_autosave_read);
+  EXPECT_FALSE(parameters.autosave_version);
   GuardedMap later(makeConfig());
   fill(later, random);
   ASSERT_EQ(saveMap(later, "map", parameters.autosave_file).error, "");
@@ -367,10 +367,24 @@ TEST(MapStorage, startsWithTheLastSaveAndOtherwiseWithMapFile) {
   ASSERT_TRUE(found);
   EXPECT_EQ(cuboid_mapping::test::voxelsOf(found->bricks), voxelsOf(later))
       << "a node that is started again and again goes on";
-  EXPECT_TRUE(parameters.is_autosave_read);
+  EXPECT_EQ(parameters.autosave_version, cuboid_mapping::versionOf(parameters.autosave_file));
   std::ofstream(parameters.autosave_file) << "no map";
   EXPECT_THROW((void)readStartMap(findStartMap(parameters), parameters),
                cuboid_mapping::MapFileError);
+}
+
+TEST(MapStorage, looksForAMapWithoutAChangeOfItsFile) {
+  const TemporaryFolder folder;
+  Random random(102);
+  GuardedMap map(makeConfig());
+  fill(map, random);
+  for (const char* name : {"map.cuboids", "map.sqlite"}) {
+    ASSERT_EQ(saveMap(map, "map", folder / name).error, "");
+    const auto version = cuboid_mapping::versionOf(folder / name);
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));  // Beyond the tick of the clock.
+    EXPECT_TRUE(hasMap(folder / name));
+    EXPECT_EQ(cuboid_mapping::versionOf(folder / name), version) << name;
+  }
 }
 
 TEST(MapStorage, autosavesOnlyToAFileFromWhichItStarts) {

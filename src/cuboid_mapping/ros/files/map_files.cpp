@@ -53,9 +53,9 @@ MapFiles::MapFiles(const MapHost& host)
       frame_id_(host.parameters.frame_id),
       limits_(limitsOfMachine()),
       autosave_file_(toAbsolute(host.parameters.autosave_file)),
-      is_autosave_own_(host.parameters.is_autosave_read),
+      autosave_version_(host.parameters.autosave_version),
       window_file_(host.parameters.window.keeps() ? toAbsolute(host.parameters.window.file) : "") {
-  if (is_autosave_own_) lockAsSaved(map_, autosave_file_);
+  if (autosave_version_) lockAsSaved(map_, autosave_file_);
   saved_ = stateOf(map_);
   const ros::NodeHandle& nh = host.services_nh;
   servers_ = {
@@ -87,6 +87,7 @@ void MapFiles::onSave(const SaveMap::Request& request, SaveMap::Response& respon
   logAnswer("saved to", file, answer);
   response.info = makeInfo(map_, frame_id_, answer.error);
   if (answer.error.empty()) {
+    noteOwn(file);
     response.info.revision = answer.revision;
     response.info.message = "saved to " + file;
     if (answer.num_cuboids == 0) {
@@ -106,7 +107,10 @@ void MapFiles::onLoad(const LoadMap::Request& request, LoadMap::Response& respon
   logAnswer("loaded from", file, answer);
   if (!answer.notes.empty()) ROS_WARN_STREAM_NAMED(kNodeName, file << ": " << answer.notes);
   response.info = makeInfo(map_, frame_id_, answer.error);
-  if (answer.error.empty()) response.info.message = "loaded from " + file;
+  if (answer.error.empty()) {
+    noteOwn(file);
+    response.info.message = "loaded from " + file;
+  }
   if (answer.error.empty() && request.rule == LoadMap::Request::REPLACE) host_.note_replaced();
   if (!answer.notes.empty()) response.info.message += "; " + answer.notes;
   response.cuboids = answer.num_cuboids;
@@ -139,11 +143,10 @@ void MapFiles::autosave() {
   }
   auto state = stateOf(map_);
   const bool has_window = !window_file_.empty();
-  const bool is_gone =
-      has_window ? isGone(window_file_) : is_autosave_own_ && isGone(autosave_file_);
-  if (state == saved_ && !is_gone) return;
+  const bool is_lost = has_window ? isGone(window_file_) : autosave_version_ && !isOwn();
+  if (state == saved_ && !is_lost) return;
   std::string error;
-  if (has_window && is_gone) {
+  if (has_window && is_lost) {
     error = window_file_ +
             " was removed or renamed, and the map in it ends with this node: call ~save_map";
     ROS_ERROR_STREAM_NAMED(kNodeName, error);
@@ -162,7 +165,7 @@ std::string MapFiles::saveToAutosaveFile() {
   const StorageAnswer answer = saveMap(map_, frame_id_, autosave_file_, limits_);
   logAnswer("saved to", autosave_file_, answer);
   if (!answer.error.empty()) return answer.error;
-  is_autosave_own_ = true;
+  noteOwn(autosave_file_);
   return trySaveLocks(autosave_file_);
 }
 
@@ -176,17 +179,29 @@ std::string MapFiles::trySaveLocks(const std::string& map_file) {
   }
 }
 
+void MapFiles::noteOwn(const std::string& file) {
+  std::error_code ignored;
+  if (!std::filesystem::equivalent(file, autosave_file_, ignored)) return;
+  autosave_version_ = versionOf(autosave_file_);
+}
+
+bool MapFiles::isOwn() const {
+  return autosave_version_ && versionOf(autosave_file_) == autosave_version_;
+}
+
 void MapFiles::chooseAutosaveFile() {
-  if (is_autosave_own_) return;
+  if (isOwn()) return;
   try {
     if (!hasMap(autosave_file_)) return;
   } catch (const MapFileError& error) {
     ROS_WARN_STREAM_NAMED(kNodeName, error.what());
   }
   const std::string old = std::exchange(autosave_file_, nameBeside(autosave_file_));
-  ROS_WARN_STREAM_NAMED(kNodeName,
-                        old << " holds a map that this node has not read, and stays: saves go to "
-                            << autosave_file_ << ". To replace it, remove it before the start");
+  autosave_version_.reset();
+  ROS_WARN_STREAM_NAMED(
+      kNodeName, old << " holds a map that this node has not read, such as that of another node "
+                        "with this autosave_file, and stays: saves go to "
+                     << autosave_file_ << ". To replace it, remove it before the start");
 }
 
 void MapFiles::announceAutosave() {

@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/LoadMap.h"
 #include "cuboid_mapping/SaveMap.h"
+#include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/ros/map/map_storage.h"
 #include "cuboid_mapping/ros/mapping/map_feature.h"
 #include "cuboid_mapping/ros/middleware/callbacks.h"
@@ -13,6 +14,7 @@
 
 #include <cstdint>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -42,7 +44,11 @@ class MapFiles : public MapFeature {
   [[nodiscard]] std::string saveToAutosaveFile();
   /// saveLocks(); returns its error, and logs it.
   [[nodiscard]] std::string trySaveLocks(const std::string& map_file);
-  /// Chooses another file if this one has a map that the node has neither read nor written.
+  /// The node has read or written a file: if it is autosave_file, saves may replace it.
+  void noteOwn(const std::string& file);
+  /// Whether autosave_file is as this node has last read or written it.
+  [[nodiscard]] bool isOwn() const;
+  /// Chooses another file if this one has a map that the node has neither read nor written, as of another node.
   void chooseAutosaveFile();
   /// Logs at the start where saves go, and whether they will fail.
   void announceAutosave();
@@ -52,7 +58,8 @@ class MapFiles : public MapFeature {
   std::string frame_id_;
   SnapshotLimits limits_;  ///< Limits of loads and saves.
   std::string autosave_file_;
-  bool is_autosave_own_;     ///< This node has read or written it.
+  /// The file as this node has last read or written it; nothing: not yet.
+  std::optional<FileVersion> autosave_version_;
   std::string window_file_;  ///< Store of the window; empty: none.
   /// Revision and locked boxes of the map in these files, or of older ones.
   std::pair<std::uint64_t, std::vector<CellBox>> saved_;

@@ -294,6 +294,7 @@ StartMap findStartMap(const NodeParameters& parameters) {
 
 std::optional<MapSnapshot> readStartMap(const StartMap& start, NodeParameters& parameters) {
   if (start.file.empty()) return std::nullopt;
+  const auto version = versionOf(start.file);
   MapFile file = readFileWithin(start.file, parameters.map.resolution_m,
                                 parameters.source.sensor_model, limitsOfMachine());
   if (start.is_autosave) {
@@ -304,7 +305,7 @@ std::optional<MapSnapshot> readStartMap(const StartMap& start, NodeParameters& p
     }
   }
   parameters.map.resolution_m = file.snapshot.resolution_m;
-  parameters.is_autosave_read = start.is_autosave;
+  if (start.is_autosave) parameters.autosave_version = version;
   return std::move(file.snapshot);
 }
 

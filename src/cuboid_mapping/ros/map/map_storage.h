@@ -124,7 +124,7 @@ struct StartMap {
 /// `autosave_file`, if it exists; else `map_file`. Reads no map. @throws MapFileError  if it is missing.
 [[nodiscard]] StartMap findStartMap(const NodeParameters& parameters);
 /// The map; nothing if there is none. The resolution of `map_file` becomes that of the parameters, as in
-/// octomap_server. Sets `is_autosave_read`.
+/// octomap_server. Sets `autosave_version`.
 /// @throws MapFileError naming the file; for an autosave_file of another resolution, too.
 [[nodiscard]] std::optional<MapSnapshot> readStartMap(const StartMap& start,
                                                       NodeParameters& parameters);

@@ -119,7 +119,7 @@ void MappingNodelet::startLater(const NodeParameters& parameters, const StartMap
 void MappingNodelet::start(NodeParameters parameters, const StartMap& source) {
   const double resolution_m = parameters.map.resolution_m;
   const auto start_map = readStartMap(source, parameters);
-  if (parameters.is_autosave_read) {
+  if (parameters.autosave_version) {
     NODELET_INFO_STREAM("goes on with the map of autosave_file, " << parameters.autosave_file);
     if (!parameters.map_file.empty() && parameters.map_file != parameters.autosave_file) {
       NODELET_WARN_STREAM("map_file, " << parameters.map_file

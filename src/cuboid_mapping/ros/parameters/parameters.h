@@ -3,6 +3,7 @@
 
 #include "cuboid_mapping/geometry/grid.h"
 #include "cuboid_mapping/history/map_history.h"
+#include "cuboid_mapping/io/file_replacement.h"
 #include "cuboid_mapping/map/cuboid_map.h"
 #include "cuboid_mapping/occupancy/sensor_model.h"
 #include "cuboid_mapping/query/budget.h"
@@ -182,7 +183,8 @@ struct NodeParameters : FeatureValues {
   std::string map_file;             ///< Loaded at the start; empty: none.
   std::string autosave_file;        ///< Saved to now and then; empty: none.
   double autosave_period_s = 60.0;
-  bool is_autosave_read = false;  ///< Read at the start: saves may replace it. No parameter.
+  /// The file as it was read at the start: saves may replace it. Nothing: not read. No parameter.
+  std::optional<FileVersion> autosave_version;
   ServiceLimits service_limits;
   WindowParameters window;
   KeepParameters keep;
